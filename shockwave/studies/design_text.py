@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from shockwave.base.result_tables import evenly
 from shockwave.base.text import facts, is_wide, limits, paragraph, percent, strong, table
 from shockwave.scene.force_limit import may_grow
@@ -51,8 +53,11 @@ def _answer(design: Design) -> str:
     """The solutions of one parameter, or the nearest option."""
     target = design.requirements[0]
     label, options = target.quantity.label, design.solutions or tuple(filter(None, [design.nearest]))
-    values = " or ".join(map(design.value_text, options))
-    simulated = f"(simulated {', '.join(design.format(option, target.quantity) for option in options)})"
+    runs = _runs(design, options)
+    values = " or ".join(_range_text(map(design.value_text, run)) for run in runs)
+    reached = (sorted(run, key=lambda option: option.reached) for run in runs)
+    figures = (_range_text(design.format(option, target.quantity) for option in run) for run in reached)
+    simulated = f"(simulated {', '.join(figures)})"
     relation = f"of {target.bound[2:]}" if target.sign == "=" else target.bound
     within = " within the simulated time" * (target.quantity.unit == "N" and may_grow(design.warnings))
     wanted = f"{'an' if label.startswith(('a', 'e')) else 'a'} {label} {relation}{within}"
@@ -65,6 +70,23 @@ def _answer(design: Design) -> str:
     if design.reachable:
         return f"{design.varied} {values} gives {wanted} {simulated}"
     return f"no {design.varied} gives {wanted}; nearest {values} {simulated}"
+
+
+def _runs(design: Design, options: Iterable[Option]) -> list[list[Option]]:
+    """Options with consecutive whole numbers, three or more together; each of the others alone."""
+    runs: list[list[Option]] = []
+    for option in options:
+        if design.parameters[0].whole and runs and option.value == float(runs[-1][-1].value) + 1:
+            runs[-1].append(option)
+        else:
+            runs.append([option])
+    return [part for run in runs for part in ([run] if len(run) > 2 else [[option] for option in run])]
+
+
+def _range_text(texts: Iterable[str]) -> str:
+    """The first and the last text, or the only one."""
+    first, *_, last = [*texts] * 2
+    return first if first == last else f"{first} to {last}"
 
 
 def _reachable(design: Design) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -231,6 +232,11 @@ def test_all_whole_numbers_that_meet_a_target_are_found(file: Path) -> None:
     result = sw.design(file, vary=COUNT, between=(1, 5), target=f"{WALL_FORCE} <= {limit} N")
     assert [option.value for option in result.solutions] == [count for count, force in forces.items() if force <= limit]
     assert [option.value for option in result.table] == [*forces]
+
+
+def test_consecutive_whole_numbers_are_printed_as_a_range(file: Path) -> None:
+    text = " ".join(str(sw.design(file, vary=COUNT, between=(1, 5), target=f"{WALL_FORCE} >= 1 N")).split())
+    assert re.match(r"count 1 to 5 gives a wall force >= 1 N.* \(simulated [\d.]+ N to [\d.]+ N\)", text)
 
 
 def test_a_material_meets_an_equality_within_the_tolerance() -> None:
