@@ -296,9 +296,11 @@ def limits(warnings: Iterable[str]) -> list[str]:
 
 
 def error_text(error: float | None) -> str:
-    """A relative error, to a tenth of a per cent; a dash for None."""
+    """A relative error, to a tenth of a per cent, or the factor if it is above ten; a dash for None."""
     if error is None:
         return "-"
+    if error >= 10:
+        return f"factor {round_digits(1 + error, 2)}"
     if abs(error) < 5e-4:
         return f"{error:+.1e}"
     return f"{100 * error:+.1f} %"

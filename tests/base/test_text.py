@@ -6,7 +6,7 @@ import re
 import pytest
 
 from shockwave.base.result_tables import evenly
-from shockwave.base.text import paragraph, percent, render_on_screen, round_bound, round_digits, si, table
+from shockwave.base.text import error_text, paragraph, percent, render_on_screen, round_bound, round_digits, si, table
 from shockwave.pictures.picture_elements import si_label
 
 
@@ -96,3 +96,18 @@ def test_no_line_of_a_paragraph_is_wider_than_the_screen(label: str, indent: int
     assert first.startswith(f"{label}/a/path/")
     assert {line[: indent + 1].rstrip("xword") for line in others} == {" " * indent}
     assert max(map(len, (first, *others))) == 80
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (None, "-"),
+        (2e-4, "+2.0e-04"),
+        (-0.1234, "-12.3 %"),
+        (9.99, "+999.0 %"),
+        (12.4, "factor 13"),
+        (1305.76, "factor 1300"),
+    ],
+)
+def test_relative_errors_above_ten_are_factors(error: float | None, shown: str) -> None:
+    assert error_text(error) == shown
