@@ -22,8 +22,8 @@ PRESSURE = 1.6
 _CAP = 9.0
 _UNLOADS = "Up to about 9 times, contacts load elastically and lose energy in unloading only."
 _FLOWS = "Beyond about 9 times, contacts flow as they load, and forces are smaller."
-# Errors of forces of elastic-plastic contacts in chains of ten beads, relative to finite elements (docs/validation.md),
-# without and with rate dependence.
+# Errors of forces of elastic-plastic contacts in chains of ten steel beads, relative to finite elements
+# (docs/validation.md), without and with rate dependence.
 _LAW_ERRORS = (-0.02, 0.11), (-0.22, 0.015)
 # Note on the contact law of a plugin.
 _PLUGIN_LAW = "Energy that contacts with the law of a plugin still store at the end counts as dissipated by damping."
@@ -127,7 +127,8 @@ def law_facts(chain: Chain) -> list[tuple[str, str]]:
     if (errors := law_error(chain)) is None:
         return []
     rate = ", with rate" if errors == _LAW_ERRORS[True] else ""
-    return [("law error", f"{100 * errors[0]:+.3g} to {100 * errors[1]:+.3g} % relative to finite elements{rate}")]
+    span = f"{100 * errors[0]:+.3g} to {100 * errors[1]:+.3g} %"
+    return [("law error", f"{span} relative to finite elements of steel beads{rate}")]
 
 
 def law_notes(chain: Chain) -> tuple[str, ...]:
