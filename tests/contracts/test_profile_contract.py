@@ -274,3 +274,8 @@ def test_a_broken_profile_fails_the_test_of_its_clause_alone(profile: Any, test:
 def test_other_clauses_are_checked_if_one_is_left_out() -> None:
     left_out = type("TestIt", (ProfileContract,), {"leave_out": {"clause 6": "a wrong record on purpose"}})
     assert failures(broken(recorded_peak_force=-1.0, notes="one"), left_out).keys() == {"7"}
+
+
+def test_clauses_on_which_no_other_relies_fail_together() -> None:
+    values = {"closed_running_impulse": infinite, "recorded_peak_force": -1.0, "notes": "one"}
+    assert failures(broken(**values)).keys() == {"5", "6", "7"}
