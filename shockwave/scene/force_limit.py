@@ -290,9 +290,9 @@ class Exceedance:
         Fraction of the scenes whose force is not below the limit.
     low, high : float
         Interval of the probability, which includes the 95 % confidence interval of sampling and the scenes that are not
-        decided.
+        decided because of the errors of the simulations and, beyond first yield, of the contact law.
     draws, undecided : int
-        Numbers of scenes, and of those whose range of the force contains the limit.
+        Numbers of scenes, and of those that are not decided.
     """
 
     limit: float

@@ -244,12 +244,15 @@ def exceedance(
     """Probability and verdict for forces that leave the chain, shape (batches, draws per batch), with this error.
 
     NaN is a force that is not known; ``leaving`` is that of the nominal scene. After the simulated time the forces are
-    less than ``later``. The range of the verdict contains 98 % of the scenes.
+    less than ``later``. The interval of the probability allows for the error of the contact law, as the verdict does,
+    whose range contains 98 % of the scenes.
     """
     is_known, forces = ~np.isnan(batches), np.nan_to_num(batches)
     least, most = (1 - error) * forces, (1 + error) * forces
     bound = np.where(is_known, np.maximum(most, later), math.inf)
-    exceeded = [(ends >= limit.force).astype(float) for ends in (least, forces, bound)]
+    law_low, law_high = leaving.law_error or (0.0, 0.0)
+    ends = least / (1 + law_high), forces, bound / (1 + law_low)
+    exceeded = [(each >= limit.force).astype(float) for each in ends]
     (certain, below), (value, _), (possible, above) = (estimates(np.mean, values).tolist() for values in exceeded)
     floor = _LEAST_DRAWS / batches.size
     result = Exceedance(

@@ -414,6 +414,11 @@ def test_the_interval_of_a_probability_includes_the_error_of_each_force() -> Non
     # forces from 0.5 / 1.1 to 0.5 / 0.9 may or may not reach the limit
     assert coarse.low == pytest.approx(exact.low - (0.5 / 0.9 - 0.5), abs=3e-3)
     assert coarse.high == pytest.approx(exact.high + (0.5 - 0.5 / 1.1), abs=3e-3)
+    # forces of the law that are up to 11 % too large, or 2 % too small
+    lawful, _ = exceedance(sw.Limit(force=0.5), evolve(FORCE, law_error=(-0.02, 0.11)), forces, 0.0)
+    assert lawful.probability == 0.5
+    assert lawful.low == pytest.approx(exact.low - 0.11 * 0.5, abs=3e-3)
+    assert lawful.high == pytest.approx(exact.high + 0.02 * 0.5, abs=3e-3)
 
 
 def test_a_probability_without_any_exceedance_is_not_known_to_be_zero() -> None:
