@@ -18,8 +18,11 @@ _SHARES_LEGEND = (
 _STATISTICS_LEGEND = (
     "(sd: standard deviation; +-: half the 95 % confidence interval of sampling, and the error of the simulations)"
 )
+_ABOVE = "; contributions above 100 % are due to sampling, and more draws reduce them)"
 # Note on the verdict.
 _RANGE = " (median, and range of 98 % of the scenes)"
+# Share of the variance that is explained, as it is printed as above 100 %.
+_SHOWN_ABOVE = 1.005
 # Smallest printed error of a share of the variance.
 _LEAST_SHARE = 1e-5
 
@@ -68,7 +71,9 @@ def _variances(result: Uncertainty) -> list[str]:
         row = [parameter.name.removeprefix("chain."), *(_percent(each.total) for each in effects), parameter.spread]
         row += ["-" if each.exponent is None else f"{each.exponent:.3f}" for each in effects]
         rows.append([*row, *(_percent(each.first) for each in effects)])
-    return [table(header, rows, header[2:]), *paragraph("  ", _SHARES_LEGEND, 2)]
+    above = any(share.total.value > _SHOWN_ABOVE for effects in shares for share in effects)
+    legend = _SHARES_LEGEND.removesuffix(")") + (_ABOVE if above else ")")
+    return [table(header, rows, header[2:]), *paragraph("  ", legend, 2)]
 
 
 def _statistics(result: Uncertainty) -> list[str]:

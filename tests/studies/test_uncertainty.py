@@ -312,6 +312,17 @@ def test_numbers_have_the_digits_that_their_errors_leave() -> None:
     ]
 
 
+@pytest.mark.parametrize(("share", "explained"), [(0.9, False), (1.11, True)])
+def test_a_contribution_above_100_per_cent_is_explained(share: float, explained: bool) -> None:
+    result = result_of_case_a()
+    peak = evolve(
+        result.quantities[0],
+        sensitivities=[evolve(each, total=Estimate(share, 0.1)) for each in result.quantities[0].sensitivities],
+    )
+    text = " ".join(str(evolve(result, quantities=(peak,))).split())
+    assert ("contributions above 100 % are due to sampling" in text) == explained
+
+
 def test_a_scenario_with_a_sweep_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "swept.yaml"
     file.write_text(f"{FILE.read_text()}\nsweep: {{grid: {{shock.peak_force: [1, 2]}}}}\n")
