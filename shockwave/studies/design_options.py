@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -76,6 +77,12 @@ class DesignScenes:
             if isinstance(option, ShockwaveError):
                 raise option
         return [option for option in options if isinstance(option, Option)]
+
+    def rank(self, result: Option | ShockwaveError) -> tuple[float, float]:
+        """Violation of the requirements, if any, then the quantity that is minimised; infinite for an error."""
+        if isinstance(result, ShockwaveError):
+            return math.inf, math.inf
+        return max(result.violation, 0.0), result.quantities[self.least or ""]
 
     def design(self, answer: Mapping[str, Any]) -> Design:
         """The design with the fields that are its answer."""

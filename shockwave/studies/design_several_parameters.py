@@ -1,22 +1,21 @@
 """Search of several parameters: the option that meets all requirements with the least of a quantity.
 
-Each combination of materials is searched by samples of Sobol points, first in all intervals, then in smaller and
-smaller boxes about the best options. The answer is verified by a more accurate simulation.
+Each combination of materials is searched by differential evolution of the best of a sample of Sobol points. The answer
+is verified by a more accurate simulation.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from attrs import define, evolve, field
+from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from shockwave.base.errors import InvalidValueError, NumericalError, ShockwaveError
-from shockwave.base.numerics import FloatArray
 from shockwave.base.progress import track
 from shockwave.studies.design_options import VERIFIED_RTOL, DesignScenes, Values
 from shockwave.studies.design_result import Option, VariedParameter
@@ -27,14 +26,14 @@ _SEARCH_RTOL = 1e-5
 _MARGIN = 1e-4
 # Scenes of the first sample for one number; twice as many for two, four times for three or four, as Sobol points need.
 _SAMPLE = 256
-# Scenes in a box for each number, and boxes, each about the best option of the one before.
-_STEPS = 8
-_BOXES = 4
-# Rounds, half the width of the first box over the intervals, and the ratio of the widths of two rounds: the last box
-# is a few 1e-5 wide.
-_ROUNDS = 12
-_WIDTH = 0.15
-_SHRINKING = 0.5
+# Points of the population for each number, and most generations of each round.
+_POPULATION = 10
+_GENERATIONS = 40
+# Spread of the population at which a round ends.
+_SPREAD = 1e-7
+# Weights of the violation of a requirement beside the quantity over its median: a small one, with which the population
+# moves along an equality, then one with which no violation pays.
+_WEIGHTS = (10.0, 1e6)
 # Most combinations of materials.
 _COMBINATIONS = 200
 
@@ -62,7 +61,7 @@ def search_best(scenes: DesignScenes, seed: int) -> dict[str, Any]:
     groups = [_Group(scenes, parameters) for parameters in combinations]
     for index, group in enumerate(track("combinations", groups)):
         group.search(np.random.default_rng([seed, index]))
-    ranked = sorted((group.ranked[0] for group in groups if group.options), key=groups[0].rank)
+    ranked = sorted((min(group.options, key=scenes.rank) for group in groups if group.options), key=scenes.rank)
     if not ranked:
         first = next((f"; the first: {group.failures[0]}" for group in groups if group.failures), "")
         raise NumericalError(f"no scene of the search could be simulated{first}")
@@ -91,54 +90,43 @@ class _Group:
 
     scenes: DesignScenes
     parameters: Sequence[VariedParameter]
-    #: Options, and the shares of the intervals at which each value was first tried.
-    options: list[Option] = field(factory=list)
-    places: dict[Values, FloatArray] = field(factory=dict)
-    failures: list[ShockwaveError] = field(factory=list)
-
-    def rank(self, option: Option) -> tuple[float, float]:
-        """Violation of the requirements, if any, then the quantity that is minimised."""
-        return max(option.violation, 0.0), option.quantities[self.scenes.least or ""]
+    results: dict[Values, Option | ShockwaveError] = field(factory=dict)
 
     @property
-    def ranked(self) -> list[Option]:
-        """The options, best first."""
-        return sorted(self.options, key=self.rank)
+    def options(self) -> list[Option]:
+        return [result for result in self.results.values() if isinstance(result, Option)]
+
+    @property
+    def failures(self) -> list[ShockwaveError]:
+        return [result for result in self.results.values() if isinstance(result, ShockwaveError)]
 
     def search(self, rng: np.random.Generator) -> None:
-        """Fill ``options``."""
+        """Fill ``results``."""
         size = sum(not each.among for each in self.parameters)
         if not size:
-            self.simulate(np.empty((1, 0)))
+            self.simulate([[]])
             return
-        sobol, width = qmc.Sobol(size, seed=rng), _WIDTH
-        self.simulate(sobol.random(_SAMPLE * 2 ** (size - 1).bit_length()))
-        centres = self.centres()
-        for _ in range(_ROUNDS):
-            for index, centre in enumerate(centres):
-                around = self.places[centre.values] + width * (2 * sobol.random(_STEPS * size) - 1)
-                centres[index] = min([centre, *self.simulate(np.clip(around, 0.0, 1.0))], key=self.rank)
-            width *= _SHRINKING
+        population = qmc.Sobol(size, seed=rng).random(_SAMPLE * 2 ** (size - 1).bit_length())
+        self.simulate(population.tolist())
+        scale = float(np.median([abs(self.scenes.rank(option)[1]) for option in self.options] or [0.0])) or 1.0
+        settings: Any = {"bounds": [(0.0, 1.0)] * size, "maxiter": _GENERATIONS, "tol": _SPREAD, "polish": False}
+        for weight in _WEIGHTS:
 
-    def centres(self) -> list[Option]:
-        """The best options that lie apart from each other."""
-        apart: list[Option] = []
-        for option in self.ranked:
-            distances = (np.abs(self.places[option.values] - self.places[each.values]).max() for each in apart)
-            if len(apart) < _BOXES and min(distances, default=math.inf) > _WIDTH:
-                apart.append(option)
-        return apart
+            def heights(places: Any, weight: float = weight) -> Any:
+                ranks = map(self.scenes.rank, self.simulate(places.T.tolist()))
+                return np.array([weight * violation + quantity / scale for violation, quantity in ranks])
 
-    def simulate(self, places: FloatArray) -> list[Option]:
-        """New options at shares of the intervals, shape (scenes, numbers)."""
-        new: dict[Values, FloatArray] = {}
+            best = population[np.argsort(heights(population.T))][: _POPULATION * size]
+            population = differential_evolution(
+                heights, **settings, init=best, updating="deferred", vectorized=True, seed=rng
+            ).population
+
+    def simulate(self, places: Iterable[Sequence[float]]) -> list[Option | ShockwaveError]:
+        """Results at shares of the intervals."""
+        values = []
         for place in places:
-            shares = iter(place.tolist())
-            values = tuple(each.among[0] if each.among else each.at(next(shares)) for each in self.parameters)
-            if values not in self.places:
-                self.places[values] = new[values] = place
-        results = self.scenes.options(list(new), _SEARCH_RTOL, _MARGIN)
-        self.failures += [result for result in results if isinstance(result, ShockwaveError)]
-        options = [result for result in results if isinstance(result, Option)]
-        self.options += options
-        return options
+            shares = iter(place)
+            values.append(tuple(each.among[0] if each.among else each.at(next(shares)) for each in self.parameters))
+        new = [each for each in dict.fromkeys(values) if each not in self.results]
+        self.results |= zip(new, self.scenes.options(new, _SEARCH_RTOL, _MARGIN), strict=True)
+        return [self.results[each] for each in values]

@@ -75,6 +75,16 @@ def test_an_optimum_with_a_closed_form_is_found() -> None:
     assert result.best.values[0] == pytest.approx(6e-3, abs=4e-3 * 1e-4)
 
 
+@pytest.mark.slow
+def test_an_equality_is_met_by_the_lightest_chain(tmp_path: Path) -> None:
+    """The wall force of the lightest chain below a limit is the limit."""
+    file = tmp_path / "three layers.yaml"
+    file.write_text(SCENE.replace("ptfe}", "ptfe}, {count: 2, material: brass-260}"), encoding="utf-8")
+    below, equal = (sw.design(file, vary=SIZES, target=f"{FORCE} {sign} 60 N").best for sign in ("<=", "="))
+    # a force within a thousandth of the limit changes the mass by 2e-4
+    assert equal.quantities["chain.mass"] == pytest.approx(below.quantities["chain.mass"], rel=1e-3)
+
+
 def test_a_design_is_the_same_in_every_run(file: Path) -> None:
     runs = [
         sw.design(file, vary=SIZE, between=(4e-3, 9e-3), target="chain.length >= 29 mm", least="chain.mass", seed=seed)
