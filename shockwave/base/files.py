@@ -24,7 +24,7 @@ _STREAMS = ("/dev/", "/proc/")
 # ---------------------------------------------------------------- reading
 
 
-def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int = -1) -> IO[bytes]:
+def open_regular(path: _Path, remedy: str = "", mode: str = "rb") -> IO[bytes]:
     """Open a regular file; refuse a pipe or a device, which may be endless, without waiting for it.
 
     Parameters
@@ -33,7 +33,7 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
         Links are followed for reading, but refused for writing, because they could point to any file.
     remedy : str, optional
         Advice to append to error messages.
-    mode, buffering : str, int
+    mode : str
         As for `open`, in binary mode.
 
     Raises
@@ -50,7 +50,7 @@ def open_regular(path: _Path, remedy: str = "", mode: str = "rb", buffering: int
     if os.path.exists(path) and not os.path.isfile(path):
         raise _error(path, "is not a file", "a folder" if os.path.isdir(path) else "a pipe or a device", remedy)
     try:
-        return open(path, mode, buffering)
+        return open(path, mode)
     except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
         raise _error(path, "cannot be read" if mode == "rb" else "cannot be written", error, remedy) from error
 

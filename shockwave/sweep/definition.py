@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from attrs import asdict, evolve, field, frozen
-from attrs.validators import in_
 
 from shockwave.base.errors import InvalidValueError
 from shockwave.base.files import parse_json, read_bytes, replace_file, structure_document
@@ -23,7 +22,7 @@ DEFINITION = "sweep.json"
 NOTES = "notes"
 # Beginning of each note on a record in this column, after the warnings.
 _NOTE = "Note: "
-_FORMAT = 3
+_FORMAT = 4
 _REMEDY = "choose a folder that `shockwave sweep FILE -o FOLDER` has written"
 # Largest file [bytes], more than a million numbers need; parsing takes up to 25 times as much memory.
 _MOST_BYTES = 2**25
@@ -86,13 +85,18 @@ class SweepDefinition(Sweep):
         Versions with which points were run before others were accepted.
     """
 
-    format: int = field(default=_FORMAT, validator=in_([_FORMAT]))
+    format: int = field(default=_FORMAT)
     name: str
     columns: tuple[Column, ...]
     scenario: Any
     named: dict[str, str]
     versions: dict[str, str]
     earlier_versions: tuple[dict[str, str], ...] = ()
+
+    @format.validator
+    def _check_format(self, _: Any, value: int) -> None:
+        if value != _FORMAT:
+            raise InvalidValueError.of("format", f"must be {_FORMAT} (got {value}, of another version of shockwave)")
 
     @property
     def variables(self) -> dict[str, str | None]:

@@ -1,40 +1,35 @@
-"""Journal of a sweep: one line for each finished point, written by one client and readable by all; and its tables."""
+"""Journal of a sweep: a database with a row for each finished point, written by one client; and its tables."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
-import re
+import sqlite3
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from io import BytesIO
+from contextlib import closing, contextmanager
 from itertools import chain, product
 from pathlib import Path
-from typing import IO, Any, NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple, TypeAlias
 
 from shockwave.base.errors import FileAccessError
 from shockwave.base.files import not_writable, open_regular, refuse_link, replace_file
 from shockwave.base.progress import report_progress
 from shockwave.base.text import replace_unfit
-from shockwave.sweep.definition import DEFINITION, NOTES, Column, SweepDefinition, as_text, warnings_in
+from shockwave.sweep.definition import DEFINITION, NOTES, SweepDefinition, as_text, warnings_in
 
-JOURNAL = "journal.jsonl"
-#: Status of a point without a line in the journal.
+JOURNAL = "journal.sqlite"
+#: Status of a point without a row in the journal.
 NOT_RUN = "not run"
-# The state of a point is the index of its status.
-_STATUSES = (NOT_RUN, "done", "failed", "crashed")
+#: Status of points that can be run again.
+FAILED = ("failed", "crashed")
+#: Number of a finished point, its status, and the values of the columns as JSON or its error.
+Entry: TypeAlias = tuple[int, str, str | None, str | None]
 _LOCK = "sweep.lock"
-_LINE = re.compile(rb'\{"index": (\d{1,9}), "status": "(done|failed|crashed)", .*\}\n')
-# Exceptions that a damaged line raises.
-_DAMAGES = (ValueError, KeyError, TypeError, RecursionError)
-
-
-def line_of(index: int, status: str, **content: object) -> str:
-    """Return a line of the journal, with the ``values`` of the point or its ``error``."""
-    return json.dumps({"index": index, "status": status, **content}) + "\n"
+_TABLE = "points (number INTEGER PRIMARY KEY, status TEXT NOT NULL, results TEXT, problem TEXT)"
+# Time to wait for another process that reads or writes [s].
+_TIMEOUT = 60.0
 
 
 class Row(NamedTuple):
@@ -54,91 +49,55 @@ class Journal:
         self.folder = folder
         self.path = folder / JOURNAL
         self.points = points
-        self._states = bytearray(points)
-        # Offset of the last line of each point [bytes].
-        self._offsets = np.zeros(points, dtype=np.int64)
-        self._size = 0
-        self._file: IO[bytes] | None = None
+        # a sweep that was killed at its beginning has no journal
+        self._mode = "rw" if os.path.exists(self.path) else "memory"
+        self._counts = Counter({NOT_RUN: points})
 
     def count(self, *statuses: str) -> int:
         """Return the number of points with one of these statuses."""
-        return sum(self._states.count(_STATUSES.index(status)) for status in statuses)
+        return sum(self._counts[status] for status in statuses)
 
-    def open_points(self) -> list[int]:
-        """Return the numbers of the unfinished points in ascending order."""
-        return [index for index, state in enumerate(self._states) if state == 0]
-
-    def reopen(self) -> None:
-        """Treat points that failed or crashed as not run."""
-        for status in ("failed", "crashed"):
-            self._states = self._states.replace(bytes([_STATUSES.index(status)]), b"\0")
+    @contextmanager
+    def _connect(self) -> Iterator[sqlite3.Connection]:
+        """Connect to the database for one transaction; raises `FileAccessError` if it cannot be used."""
+        if self._mode == "rw":
+            open_regular(self.path).close()  # a pipe would be waited for
+        try:
+            name = f"{self.path.absolute().as_uri()}?mode={self._mode}"
+            with closing(sqlite3.connect(name, _TIMEOUT, uri=True)) as database, database:
+                database.execute("PRAGMA journal_mode = TRUNCATE")  # ten times as fast as the default
+                database.execute(f"CREATE TABLE IF NOT EXISTS {_TABLE}")
+                # no views or triggers of a folder from another source, which could run without end
+                if database.execute("SELECT sql FROM sqlite_master").fetchall() != [(f"CREATE TABLE {_TABLE}",)]:
+                    raise sqlite3.DatabaseError("it must have the table of points alone")
+                yield database
+        except sqlite3.Error as error:
+            raise FileAccessError(f"{self.path}: cannot be read or written as a journal ({error})") from error
 
     # ---------------------------------------------------------------- reading
 
-    def read(self, columns: Sequence[Column]) -> list[str]:
-        """Read which points are finished, and return warnings about ignored lines.
+    def read(self) -> None:
+        """Read how many points are finished; raises `FileAccessError` if the journal cannot be read."""
+        with self._connect() as database:
+            self._counts = Counter(dict(database.execute("SELECT status, count(*) FROM points GROUP BY status")))
+        self._counts[NOT_RUN] = self.points - self._counts.total()
 
-        Raises
-        ------
-        FileAccessError
-            If the journal cannot be read.
-        """
-        warnings = []
-        ignored = 0
-        with self._open() as file:
-            for number, line in enumerate(file):
-                report_progress("reading the journal", min(number, self.points - 1), self.points)
-                if line.endswith(b"\n"):
-                    ignored += not self._record(line, len(columns))
-                else:
-                    warnings.append(f"the last line of {JOURNAL} is incomplete and was ignored: its point is run again")
-        report_progress("reading the journal", self.points, self.points)
-        if ignored:
-            warnings.append(f"ignored lines of {JOURNAL} that are damaged or belong to no point: {ignored}")
-        return warnings
-
-    def _open(self) -> IO[bytes]:
-        # a sweep that was killed before its first point has no journal
-        return open_regular(self.path) if self.path.exists() else BytesIO()
-
-    def _record(self, line: bytes, columns: int | None = None) -> bool:
-        """Record the next line, and return whether it belongs to a point and has a value for each of the columns."""
-        place, self._size = self._size, self._size + len(line)
-        match = _LINE.fullmatch(line)
-        index = int(match[1]) if match else self.points
-        if match is None or index >= self.points:
-            return False
-        if columns is not None:
-            try:
-                _content(line, columns, index)
-            except _DAMAGES:
-                return False
-        self._states[index] = _STATUSES.index(match[2].decode())
-        self._offsets[index] = place
-        return True
+    def open_points(self) -> list[int]:
+        """Return the numbers of the unfinished points in ascending order."""
+        with self._connect() as database:
+            finished = {number for (number,) in database.execute("SELECT number FROM points")}
+        return [number for number in range(self.points) if number not in finished]
 
     def rows(self, definition: SweepDefinition) -> Iterator[Row]:
-        """Yield all points in their order.
-
-        Raises
-        ------
-        FileAccessError
-            If the journal cannot be read, or was changed since `read`.
-        """
+        """Yield all points in their order; raises `FileAccessError` if the journal cannot be read."""
         places = product(*(axis.values for axis in definition.axes))
         nothing = [None] * len(definition.columns)
-        with self._open() as file:
-            for index, positions in enumerate(places):
-                point = tuple(chain(*positions))
-                status = _STATUSES[self._states[index]]
-                values = problem = None
-                if status != NOT_RUN:
-                    file.seek(self._offsets[index])
-                    try:
-                        values, problem = _content(file.readline(), len(nothing), index)
-                    except _DAMAGES:
-                        raise self._change_error(f"no line of point {index} where it was") from None
-                yield Row(index, point, status, values or nothing, problem)
+        query = "SELECT status, results, problem FROM points WHERE number = ?"
+        with self._connect() as database:
+            for number, positions in enumerate(places):
+                status, results, problem = database.execute(query, (number,)).fetchone() or (NOT_RUN, None, None)
+                values = json.loads(results) if results else nothing
+                yield Row(number, tuple(chain(*positions)), status, values, problem)
 
     # ---------------------------------------------------------------- writing
 
@@ -167,52 +126,23 @@ class Journal:
         try:
             yield
         finally:
-            if self._file is not None:
-                self._file.close()
-                self._file = None
             lock.release()
 
-    def add(self, lines: str) -> None:
-        """Append complete lines; on a full disk no part of a line remains.
+    def begin(self, retry_failed: bool) -> None:
+        """Read the journal, or create it; if ``retry_failed``, remove the points that failed or crashed."""
+        open_regular(self.path, mode="ab").close()
+        self._mode = "rw"
+        if retry_failed:
+            with self._connect() as database:
+                database.execute("DELETE FROM points WHERE status IN (?, ?)", FAILED)
+        self.read()
 
-        Raises
-        ------
-        FileAccessError
-            If the lines cannot be written, or others have changed the journal.
-        """
-        content = lines.encode()
-        size = os.path.getsize(self.path) if os.path.exists(self.path) else 0
-        if size < self._size or (self._file is not None and size > self._size):
-            raise self._change_error(f"{size} of {self._size} bytes")
-        if self._file is None:
-            self._file = open_regular(self.path, mode="a+b", buffering=0)
-            self._file.truncate(self._size)  # removes an incomplete last line
-        remaining = memoryview(content)
-        try:
-            while remaining:
-                remaining = remaining[self._file.write(remaining) :]
-        except OSError as error:
-            self._file.truncate(self._size)
-            raise not_writable(self.path, error) from error
-        for line in content.splitlines(keepends=True):
-            self._record(line)
-
-    def _change_error(self, got: str) -> FileAccessError:
-        remedy = "run the same command to run the lost points again"
-        return FileAccessError(f"{self.path}: must not be changed by others during a sweep (got {got}; {remedy})")
-
-
-def _content(line: bytes, columns: int, index: int) -> tuple[list[Any] | None, str | None]:
-    """Values or error of the line of a point; raises one of `_DAMAGES` if it is not such a line."""
-    entry = json.loads(line)
-    if entry["index"] != index:
-        raise ValueError
-    if entry["status"] != "done":
-        return None, str(entry["error"])
-    values: list[Any] = entry["values"]
-    if len(values) != columns:
-        raise ValueError
-    return values, None
+    def add(self, entries: Sequence[Entry]) -> None:
+        """Add finished points, all or none; raises `FileAccessError` if they cannot be written."""
+        with self._connect() as database:
+            database.executemany("INSERT INTO points VALUES (?, ?, ?, ?)", entries)
+        self._counts.update(status for _, status, *_ in entries)
+        self._counts[NOT_RUN] -= len(entries)
 
 
 def _refuse_others(folder: Path) -> None:

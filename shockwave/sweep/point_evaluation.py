@@ -1,4 +1,4 @@
-"""Evaluation of the points of a sweep: scenes, results and lines of the journal, in the batches of the workers."""
+"""Evaluation of the points of a sweep: scenes, results and entries of the journal, in the batches of the workers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from shockwave.simulation.simulate import simulate_scenes
 from shockwave.simulation.simulation_result import Simulation
 from shockwave.sweep.columns import Answer, chain_columns, column_of, columns_of, find_requested_columns, row
 from shockwave.sweep.definition import SweepDefinition
-from shockwave.sweep.journal import line_of
+from shockwave.sweep.journal import Entry
 
 # Largest record that is hashed [bytes]; the reader of records has its own limit.
 _MOST_RECORD = 2**28
@@ -89,8 +89,8 @@ class Points:
             raise NotCoveredError(*refusals)
         return chain_columns(scenario, run, section4=not refusals) if self.chains and not by_section4 else ()
 
-    def lines(self, indices: Sequence[int]) -> str:
-        """Evaluate some points, and return their lines of the journal."""
+    def evaluate(self, indices: Sequence[int]) -> list[Entry]:
+        """Evaluate some points, and return their entries of the journal."""
         results: dict[int, Sequence[Any]] = {}
         # scenes with the same options are evaluated in one call
         groups: dict[Any, dict[int, Scenario]] = {}
@@ -102,17 +102,17 @@ class Points:
                 results[index] = [error]
         for scenes in groups.values():
             results |= zip(scenes, self._evaluate([*scenes.values()]), strict=True)
-        return "".join(self._line(index, results[index]) for index in indices)
+        return [self._entry(index, results[index]) for index in indices]
 
-    def _line(self, index: int, parts: Sequence[Any]) -> str:
-        """Line of a point with these results, of which the first error counts."""
+    def _entry(self, index: int, parts: Sequence[Any]) -> Entry:
+        """Entry of a point with these results, of which the first error counts."""
         try:
             for part in parts:
                 if isinstance(part, BaseException):
                     raise part
-            return line_of(index, "done", values=row(self._columns, _answer(*parts)))
+            return index, "done", json.dumps(row(self._columns, _answer(*parts))), None
         except _POINT_ERRORS as error:
-            return line_of(index, "failed", error=message_of(error))
+            return index, "failed", None, message_of(error)
 
     def _evaluate(self, scenes: Sequence[Scenario]) -> list[Sequence[Any]]:
         """Scenes with the same options, their simulations and predictions, or their errors."""
@@ -244,8 +244,8 @@ def _hash(content: bytes) -> str:
 _cache = threading.local()
 
 
-def run_batch(content: bytes, indices: Sequence[int]) -> str:
-    """Evaluate points of a sweep for about half a second, and return their lines of the journal.
+def run_batch(content: bytes, indices: Sequence[int]) -> list[Entry]:
+    """Evaluate points of a sweep for about half a second, and return their entries of the journal.
 
     The remaining points of the batch are sent again by the client.
 
@@ -257,11 +257,12 @@ def run_batch(content: bytes, indices: Sequence[int]) -> str:
     if getattr(_cache, "content", None) != content:
         _cache.points, _cache.content = _receive_points(content), content
     begin = time.perf_counter()
-    lines, at, size = "", 0, 1
-    while not lines or (at < len(indices) and time.perf_counter() - begin < SLICE):
-        lines += _cache.points.lines(indices[at : at + size])
-        at, size = at + size, min(GROWTH * size, _MOST_TOGETHER)
-    return lines
+    entries: list[Entry] = []
+    size = 1
+    while not entries or (len(entries) < len(indices) and time.perf_counter() - begin < SLICE):
+        entries += _cache.points.evaluate(indices[len(entries) : len(entries) + size])
+        size = min(GROWTH * size, _MOST_TOGETHER)
+    return entries
 
 
 def content_of(points: Points) -> bytes:

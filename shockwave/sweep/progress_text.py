@@ -38,7 +38,7 @@ class SweepReport(Result):
     files : tuple of pathlib.Path
         Tables that were written.
     notes : tuple of str
-        Remarks on the journal and on versions.
+        Remarks on versions.
     """
 
     folder: Path

@@ -79,7 +79,7 @@ class SweepResults(Result, SweepDefinition):
     failed : tuple of Failure
         Points that failed or crashed, in the order of the points.
     warnings : tuple of str
-        Remarks on missing points, damaged lines of the journal and other versions; the warnings of the points, by kind.
+        Remarks on missing points and other versions; the warnings of the points, by kind.
     folder : pathlib.Path
         Folder of the sweep.
     """
@@ -311,7 +311,8 @@ def load_sweep(folder: str | os.PathLike[str]) -> SweepResults:
     place = folder_path(folder)
     definition = SweepDefinition.read(place)
     journal = Journal(place, definition.points)
-    remarks = [*journal.read(definition.columns), *definition.version_notes]
+    journal.read()
+    remarks = [*definition.version_notes]
     left = journal.count(NOT_RUN)
     if left:
         remarks.append(f"{left} of {journal.points} points have not been run; run the sweep again to resume it")

@@ -1,8 +1,7 @@
-"""Execution of a sweep: batches are sent to workers, and their lines are written to the journal; its dry run."""
+"""Execution of a sweep: batches are sent to workers, and their points are written to the journal; its dry run."""
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import time
@@ -23,7 +22,7 @@ from shockwave.base.text import facts, limits, strong
 from shockwave.scenario.scenario import Scenario, load_scenario
 from shockwave.sweep.definition import DEFINITION, SweepDefinition, folder_path
 from shockwave.sweep.fork_server import start_server
-from shockwave.sweep.journal import NOT_RUN, Journal, line_of, write_tables
+from shockwave.sweep.journal import FAILED, NOT_RUN, Entry, Journal, write_tables
 from shockwave.sweep.point_evaluation import Points, content_of
 from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
 from shockwave.sweep.workers import LostError, Workers, check_workers, cores, workers_of
@@ -73,7 +72,7 @@ def run_sweep(
 ) -> SweepReport:
     """Run all unfinished points of a sweep, and write the results.
 
-    Each finished point is a line of the journal in ``folder``. A second call resumes the sweep, however the first one
+    Each finished point is a row of the journal in ``folder``. A second call resumes the sweep, however the first one
     ended. Without an executor, worker processes import the main program again: in a script, call this function under
     ``if __name__ == "__main__":``.
 
@@ -124,11 +123,9 @@ def run_sweep(
     journal = Journal(place, len(points.sweep))
     with journal.lock():
         definition = _definition(journal, points, accept_versions)
-        notes = [*journal.read(definition.columns), *definition.version_notes]
-        if retry_failed:
-            journal.reopen()
+        journal.begin(retry_failed)
         before = journal.points - journal.count(NOT_RUN)
-        report = partial(_report, journal, before, begin, notes)
+        report = partial(_report, journal, before, begin, definition.version_notes)
         if before < journal.points:
             content = content_of(points)
             try:
@@ -193,12 +190,12 @@ class _Dispatch:
 
     def run(self) -> None:
         self.queue = deque(self.journal.open_points())
-        failed = self.journal.count("failed", "crashed")
+        failed = self.journal.count(*FAILED)
         try:
             while self._send():
                 for future in wait(self.pending, _CHECK_INTERVAL, FIRST_COMPLETED).done:
                     self._receive(future)
-                if self.fail_fast and self.journal.count("failed", "crashed") > failed:
+                if self.fail_fast and self.journal.count(*FAILED) > failed:
                     break
         finally:
             self._end()
@@ -224,7 +221,7 @@ class _Dispatch:
     def _receive(self, future: Future[Any]) -> None:
         batch = self.pending.pop(future)
         try:
-            lines = future.result()
+            entries = future.result()
         except UsageError:  # the worker differs from the client
             raise
         except self.workers.renewed:
@@ -234,11 +231,11 @@ class _Dispatch:
         except Exception as error:
             raise _lost_executor(error) from error
         else:
-            self._record(batch, lines)
-            self.queue.extendleft(reversed(batch[lines.count("\n") :]))
+            self._record(batch, entries)
+            self.queue.extendleft(reversed(batch[len(entries) :]))
 
-    def _record(self, batch: list[int], lines: str) -> None:
-        self.journal.add(lines)
+    def _record(self, batch: list[int], entries: list[Entry]) -> None:
+        self.journal.add(entries)
         logger.debug("points recorded: %d from %d", len(batch), batch[0])
         self.suspects.difference_update(batch)
         self.show()
@@ -251,7 +248,7 @@ class _Dispatch:
             error = f"must take at most {limit} (was stopped; increase --timeout)"
         if len(batch) == 1 and (late or batch[0] in self.suspects):
             status = "failed" if late else "crashed"
-            self._record(batch, line_of(batch[0], status, error=error))
+            self._record(batch, [(batch[0], status, None, error)])
         else:  # the first time, another point may be the cause
             self.suspects.update(batch)
             self.alone.extend(batch)
@@ -264,7 +261,6 @@ class _Dispatch:
         for future in wait(self.pending, timeout=_LAST).done:
             if not future.cancelled() and future.exception() is None:
                 self.journal.add(future.result())
-        self.journal.add("")  # an error if others have changed the journal
 
 
 def _lost_executor(error: BaseException) -> LostError:
@@ -298,10 +294,8 @@ def dry_run(
     journal = Journal(folder_path(folder), count)
     if os.path.exists(journal.folder / DEFINITION):  # false also where the folder cannot be searched
         points.definition.resume(SweepDefinition.read(journal.folder), journal.folder, accept_versions)
-        journal.read(points.definition.columns)
-    if retry_failed:
-        journal.reopen()
-    remaining = journal.count(NOT_RUN)
+        journal.read()
+    remaining = journal.count(NOT_RUN, *(FAILED if retry_failed else ()))
     estimate = ""
     failures: list[str] = []
     if remaining:
@@ -319,13 +313,11 @@ def dry_run(
 
 def _measure(points: Points, sample: Sequence[int]) -> tuple[float, list[str]]:
     """Mean time of a point of the sample [s], and the errors of its points."""
-    points.lines(sample[:1])  # loads the code
+    points.evaluate(sample[:1])  # loads the code
     begin = time.perf_counter()
-    evaluated, elapsed, lines = 0, 0.0, ""
-    while evaluated < len(sample) and elapsed < _TIME_LIMIT:
-        reached = min(2 * evaluated + 1, len(sample))
-        lines += points.lines(sample[evaluated:reached])
-        evaluated = reached
+    entries: list[Entry] = []
+    elapsed = 0.0
+    while len(entries) < len(sample) and elapsed < _TIME_LIMIT:
+        entries += points.evaluate(sample[len(entries) : 2 * len(entries) + 1])
         elapsed = time.perf_counter() - begin
-    entries = map(json.loads, lines.splitlines())
-    return elapsed / evaluated, [f"a measured point failed: {entry['error']}" for entry in entries if "error" in entry]
+    return elapsed / len(entries), [f"a measured point failed: {problem}" for *_, problem in entries if problem]

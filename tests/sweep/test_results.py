@@ -6,6 +6,8 @@ import json
 import math
 import os
 import re
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +19,7 @@ from shockwave.base.errors import FileAccessError, InvalidValueError, UnknownNam
 from shockwave.base.quantities import Quantity
 from shockwave.sweep.columns import row
 from shockwave.sweep.definition import SweepDefinition
-from shockwave.sweep.journal import Journal, write_tables
+from shockwave.sweep.journal import Entry, Journal, write_tables
 from shockwave.sweep.results import load_sweep
 
 COLUMNS = [
@@ -33,31 +35,34 @@ AXES = [([N], [[2.0], [4.0]]), ([TIME], [[1e-6], [0.1 + 0.2], [3e-5]])]
 PROBLEM = 'no "root",\nhere'
 
 
-def line(index: int, *values: Any, status: str = "done", error: str = "") -> str:
-    rest = {"values": list(values)} if status == "done" else {"error": error}
-    return json.dumps({"index": index, "status": status, **rest}) + "\n"
+def done(index: int, *values: Any) -> Entry:
+    return index, "done", json.dumps(values), None
 
 
-LINES = [
-    line(0, "train", 1 / 3, 0.1, 2),
-    line(1, "single", 2.5e-300, None, None),
-    line(2, status="failed", error=PROBLEM),
-    line(3, "train", 1e16, -0.0, 12),
-    line(4, status="crashed", error="ended its process"),
-    line(5, None, 7.0, 0.7, 1),
+ENTRIES = [
+    done(0, "train", 1 / 3, 0.1, 2),
+    done(1, "single", 2.5e-300, None, None),
+    (2, "failed", None, PROBLEM),
+    done(3, "train", 1e16, -0.0, 12),
+    (4, "crashed", None, "ended its process"),
+    done(5, None, 7.0, 0.7, 1),
 ]
 
 
-def folder_of(folder: Path, axes: Any = AXES, lines: Any = LINES, columns: Any = COLUMNS, run: str = "predict") -> Path:
+def folder_of(
+    folder: Path, axes: Any = AXES, entries: Any = ENTRIES, columns: Any = COLUMNS, run: str = "predict"
+) -> Path:
     folder.mkdir(exist_ok=True)
     parts = [
         {"names": [name for name, _ in variables], "units": [unit for _, unit in variables], "values": values}
         for variables, values in axes
     ]
-    definition = {"format": 3, "name": "a test", "run": run, "axes": parts, "columns": columns}
+    definition = {"format": 4, "name": "a test", "run": run, "axes": parts, "columns": columns}
     definition |= {"scenario": {"chain": {"radius": 1}}, "named": {}, "versions": {"shockwave": "0.1", "python": "3"}}
     (folder / "sweep.json").write_text(json.dumps(definition), encoding="utf-8")
-    (folder / "journal.jsonl").write_text("".join(lines), encoding="utf-8")
+    journal = Journal(folder, 0)
+    journal.begin(retry_failed=False)
+    journal.add(entries)
     return folder
 
 
@@ -70,7 +75,7 @@ def written(folder: Path) -> Path:
     """The folder, after its tables have been written."""
     definition = SweepDefinition.read(folder)
     journal = Journal(folder, definition.points)
-    journal.read(definition.columns)
+    journal.read()
     write_tables(definition, journal)
     return folder
 
@@ -109,8 +114,8 @@ def test_a_number_that_is_not_finite_is_no_value(value: float) -> None:
 
 
 def test_tables_do_not_depend_on_the_order_of_the_journal(tmp_path: Path) -> None:
-    mixed = [line(2, "train", 8.0, 0.8, 3), *reversed(LINES)]
-    one, other = written(folder_of(tmp_path / "one")), written(folder_of(tmp_path / "other", lines=mixed))
+    mixed = [*reversed(ENTRIES)]
+    one, other = written(folder_of(tmp_path / "one")), written(folder_of(tmp_path / "other", entries=mixed))
     for file in ("results.csv", "results.jsonl"):
         assert (one / file).read_bytes() == (other / file).read_bytes()
 
@@ -129,8 +134,8 @@ FORMULAS = {
 @pytest.mark.parametrize("text", FORMULAS, ids=repr)
 def test_text_that_a_spreadsheet_would_run_begins_with_an_apostrophe(tmp_path: Path, text: str) -> None:
     axes = [([MATERIAL], [[text], ["-1.5e3"]])]
-    lines = [line(0, text, -1.5, 0.1, -2), line(1, status="failed", error=text)]
-    place = written(folder_of(tmp_path / "out", axes, lines))
+    entries = [done(0, text, -1.5, 0.1, -2), (1, "failed", None, text)]
+    place = written(folder_of(tmp_path / "out", axes, entries))
     first, second = rows(place)
     assert first["chain.material"] == first["regime"] == second["problem"] == FORMULAS[text]
     assert (second["chain.material"], first["peak_force [N]"], first["waves"]) == ("-1.5e3", "-1.5", "-2")
@@ -170,7 +175,7 @@ CLASHES = {
 def test_axes_of_every_kind_become_dimensions_of_xarray(tmp_path: Path, name: str) -> None:
     xarray = pytest.importorskip("xarray")
     axes, coordinates = CLASHES[name]
-    found = load_sweep(folder_of(tmp_path / "out", axes, LINES[:2])).to_xarray()
+    found = load_sweep(folder_of(tmp_path / "out", axes, ENTRIES[:2])).to_xarray()
     assert {one: found[one].dims[0] for one in coordinates} == coordinates
     assert found.peak_force.values.ravel().tolist() == [1 / 3, 2.5e-300]
     # also in a file
@@ -229,51 +234,21 @@ def test_results_print_ranges_counts_and_failures(folder: Path) -> None:
     assert "! shock.duration_ratio 2, shock.rise_time 3e-05: no" in text
 
 
-UNFINISHED = {
-    "torn": (["".join(LINES)[:-9]], "the last line of journal.jsonl is incomplete"),
-    "unfinished": (LINES[:4], "2 of 6 points have not been run"),
-    "garbage": (
-        [*LINES[:5], "{}\n", line(6, None, 7.0, 0.7, 1), LINES[5].replace('"done"', '"lost"'), LINES[5]],
-        "ignored lines of journal.jsonl that are damaged or belong to no point: 3",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", UNFINISHED)
-def test_an_incomplete_journal_is_read_as_far_as_possible(tmp_path: Path, name: str) -> None:
-    lines, warning = UNFINISHED[name]
-    found = load_sweep(folder_of(tmp_path / "out", lines=lines))
-    assert warning in "; ".join(found.warnings)
+def test_an_unfinished_sweep_is_read_as_far_as_possible(tmp_path: Path) -> None:
+    found = load_sweep(folder_of(tmp_path / "out", entries=ENTRIES[:4]))
+    assert "2 of 6 points have not been run" in "; ".join(found.warnings)
     assert found.values("peak_force")[0, 0] == 1 / 3
-    assert found.complete is (name == "garbage")
-    assert (found.values("status")[1, 2] == "not run") is (name != "garbage")
+    assert (found.complete, found.values("status")[1, 2]) == (False, "not run")
 
 
-DAMAGED = {
-    "unreadable": LINES[5].replace("7.0,", "7.0"),
-    "a-column-too-many": line(5, "train", 7, 0.7, 1, 1),
-    "two-points": LINES[5].replace("}", ', "index": 4}'),
-    "no-point": LINES[5].replace('"index": 5', '"index": 6'),
-}
-
-
-@pytest.mark.parametrize("damaged", DAMAGED.values(), ids=DAMAGED)
-def test_a_damaged_line_is_ignored(tmp_path: Path, damaged: str) -> None:
-    found = load_sweep(folder_of(tmp_path / "out", lines=[damaged, *LINES[:5]]))
-    assert "ignored lines of journal.jsonl that are damaged or belong to no point: 1" in found.warnings
-    assert (found.values("status") == "not run").sum() == 1
-
-
-def test_a_journal_that_is_cut_while_it_is_read_is_an_error(folder: Path) -> None:
-    definition = SweepDefinition.read(folder)
-    journal = Journal(folder, definition.points)
-    journal.read(definition.columns)
-    for content in ("".join(LINES[:3]), "".join(reversed(LINES)), None):
-        (folder / "journal.jsonl").unlink()
-        if content is not None:
-            (folder / "journal.jsonl").write_text(content, encoding="utf-8")
-        with pytest.raises(FileAccessError, match=r"journal\.jsonl: must not be changed by others .*of point \d"):
-            list(journal.rows(definition))
+def test_a_file_that_is_no_journal_is_refused(folder: Path) -> None:
+    with closing(sqlite3.connect(folder / "journal.sqlite")) as database, database:
+        database.execute("CREATE VIEW more AS SELECT * FROM points")
+    with pytest.raises(FileAccessError, match=r"journal\.sqlite: cannot be read .*the table of points alone"):
+        load_sweep(folder)
+    (folder / "journal.sqlite").write_text("of another program\n" * 100)
+    with pytest.raises(FileAccessError, match=r"journal\.sqlite: cannot be read .*file is not a database"):
+        load_sweep(folder)
 
 
 #: A key of the definition, and its wrong value.
@@ -285,7 +260,7 @@ WRONG_DEFINITIONS: dict[str, tuple[str, Any]] = {
     "a-value-too-many": ("axes", [{"names": ["a"], "units": ["s"], "values": [[1.0, 2.0]]}]),
     "versions": ("versions", [1]),
     "not-a-number": ("scenario", float("nan")),
-    "later-format": ("format", 4),
+    "later-format": ("format", 5),
 }
 
 
@@ -298,7 +273,7 @@ def test_an_invalid_definition_is_refused(folder: Path, name: str) -> None:
         load_sweep(folder)
 
 
-@pytest.mark.parametrize("name", ["sweep.json", "journal.jsonl"])
+@pytest.mark.parametrize("name", ["sweep.json", "journal.sqlite"])
 def test_only_regular_files_are_read(folder: Path, name: str) -> None:
     (folder / name).unlink()
     os.mkfifo(folder / name)
@@ -307,7 +282,7 @@ def test_only_regular_files_are_read(folder: Path, name: str) -> None:
 
 
 def test_a_sweep_that_has_just_begun_is_empty(folder: Path) -> None:
-    (folder / "journal.jsonl").unlink()
+    (folder / "journal.sqlite").unlink()
     found = load_sweep(folder)
     assert (found.complete, bool(np.isnan(found.values("peak_force")).all())) == (False, True)
     assert "6 of 6 points have not been run" in str(found)

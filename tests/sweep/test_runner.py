@@ -5,11 +5,12 @@ import os
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,6 @@ from shockwave.scenario.variations import Family
 from shockwave.scene.scene import Scene
 from shockwave.simulation import simulate
 from shockwave.sweep import definition, point_evaluation
-from shockwave.sweep.journal import line_of
 from shockwave.sweep.progress_text import SweepInterrupt, SweepReport
 from shockwave.sweep.runner import dry_run, points_of, run_sweep
 from support.command_line import shockwave, unwrapped
@@ -81,8 +81,18 @@ def swept(file: Path, folder: Path, **settings: Any) -> SweepReport:
 
 
 def journal(folder: Path) -> list[dict[str, Any]]:
-    file = folder / "journal.jsonl"
-    return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    """The finished points."""
+    finished = change(folder, "SELECT number, status, results, problem FROM points")
+    return [
+        {"index": number, "status": status, "values": json.loads(results or "null"), "error": problem}
+        for number, status, results, problem in finished
+    ]
+
+
+def change(folder: Path, statement: str) -> list[Any]:
+    """Run a statement of SQL in the journal; if there is none, in an empty one."""
+    with closing(sqlite3.connect(folder / "journal.sqlite")) as database, database:
+        return database.execute(statement).fetchall()
 
 
 def rows(folder: Path) -> dict[int, dict[str, Any]]:
@@ -103,7 +113,7 @@ def tables(folder: Path) -> dict[str, bytes]:
 # ---------------------------------------------------------------- points
 
 
-def test_every_point_has_one_line_with_the_result_of_its_own_scene(scenario: Path, out: Path) -> None:
+def test_every_point_is_finished_once_with_the_result_of_its_own_scene(scenario: Path, out: Path) -> None:
     report = swept(scenario, out)
     assert (report.points, report.done, report.exit_code) == (40, 40, 0)
     assert sorted(line["index"] for line in journal(out)) == list(range(40))
@@ -305,11 +315,9 @@ def test_one_executor_runs_several_sweeps(tmp_path: Path) -> None:
 def test_results_do_not_depend_on_workers_or_interrupts(scenario: Path, whole: Path, out: Path) -> None:
     run_sweep(scenario, out, workers=2)
     assert tables(out) == tables(whole)
-    # cut off within a line, and resumed
-    (out / "journal.jsonl").write_bytes((out / "journal.jsonl").read_bytes()[:3000])
-    report = swept(scenario, out)
-    assert 0 < report.before < 40
-    assert any("is incomplete" in note for note in report.notes)
+    # interrupted, and resumed
+    change(out, "DELETE FROM points WHERE number % 3 == 0")
+    assert swept(scenario, out).before == 26
     assert tables(out) == tables(whole)
 
 
@@ -372,8 +380,7 @@ def test_another_sweep_is_refused_and_what_differs_is_named(tmp_path: Path, out:
 
 
 def test_another_version_must_be_accepted(scenario: Path, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = finished / "journal.jsonl"
-    file.write_text("".join(file.read_text().splitlines(keepends=True)[:30]))
+    change(finished, "DELETE FROM points WHERE number >= 30")
     monkeypatch.setattr(sw, "__version__", "99.0")
     with pytest.raises(sw.InvalidValueError, match=r"versions\.shockwave '0.*', now '99\.0'; use --accept-versions"):
         swept(scenario, finished)
@@ -422,7 +429,7 @@ def test_a_folder_with_other_files_is_refused(scenario: Path, tmp_path: Path) ->
         swept(scenario, tmp_path)
 
 
-@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "journal.jsonl"])
+@pytest.mark.parametrize("name", ["sweep.lock", "scenario.yaml", "journal.sqlite"])
 def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path, tmp_path: Path, name: str) -> None:
     place = finished / name
     for target, content in ((tmp_path / "dangling", None), (tmp_path / "other", place.read_bytes())):
@@ -436,46 +443,21 @@ def test_links_in_a_folder_lead_to_no_other_file(scenario: Path, finished: Path,
         assert (target.read_bytes() if target.exists() else None) == content
 
 
-def removed_and_begun_again(folder: Path) -> None:
-    shutil.rmtree(folder)
-    folder.mkdir()
-    (folder / "journal.jsonl").write_text("of another sweep\n")
-
-
-def replaced(folder: Path) -> None:
-    shutil.copy(folder / "journal.jsonl", folder / "copy")
-    (folder / "copy").replace(folder / "journal.jsonl")
-
-
-def deleted(folder: Path) -> None:
-    (folder / "journal.jsonl").unlink()
-
-
-#: What may happen to the folder of a sweep, after how many points, and how many points are kept at least.
-CHANGES: dict[str, tuple[Callable[[Path], object], int, int]] = {
-    "deleted at the end": (deleted, 40, 0),
-    "replaced by a copy": (replaced, 15, 15),
-    "cut": (lambda folder: os.truncate(folder / "journal.jsonl", 500), 15, 2),
-    "folder deleted": (shutil.rmtree, 15, 0),
-    "begun again": (removed_and_begun_again, 15, 0),
+#: What may happen to the folder of a sweep.
+CHANGES: dict[str, Callable[[Path], object]] = {
+    "deleted": lambda folder: (folder / "journal.sqlite").unlink(),
+    "cut": lambda folder: os.truncate(folder / "journal.sqlite", 500),
+    "folder deleted": shutil.rmtree,
 }
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_journal_that_others_change_ends_the_sweep_and_keeps_what_is_left(
-    scenario: Path, whole: Path, out: Path, monkeypatch: pytest.MonkeyPatch, change: str
+def test_a_journal_that_others_change_ends_the_sweep(
+    scenario: Path, out: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     monkeypatch.setattr(point_evaluation, "SLICE", 1e-9)  # one point in a batch
-    strike, after, kept = CHANGES[change]
-    with pytest.raises(sw.FileAccessError, match=r"journal\.jsonl: must not be changed by others"):
-        swept(scenario, out, progress=lambda report: strike(out) if report.done == after else None)
-    if change == "begun again":
-        assert (out / "journal.jsonl").read_text() == "of another sweep\n"
-        shutil.rmtree(out)
-    monkeypatch.undo()
-    report = swept(scenario, out)
-    assert (report.before >= kept, report.done) == (True, 40)
-    assert tables(out) == tables(whole)
+    with pytest.raises(sw.FileAccessError, match=r"journal\.sqlite: cannot be read"):
+        swept(scenario, out, progress=lambda report: CHANGES[change](out) if report.done == 15 else None)
 
 
 @pytest.mark.parametrize("file", ["sweep.json", "scenario.yaml"])
@@ -526,9 +508,7 @@ def test_a_sweep_of_which_section_4_covers_no_point_is_refused(tmp_path: Path) -
 
 @pytest.mark.parametrize("status", ["failed", "crashed"])
 def test_unfinished_points_run_again_on_request(scenario: Path, finished: Path, whole: Path, status: str) -> None:
-    first, *others = journal(finished)
-    wrong = line_of(first["index"], status, error="its process terminated")
-    (finished / "journal.jsonl").write_text(wrong + "".join(f"{json.dumps(each)}\n" for each in others))
+    change(finished, f"UPDATE points SET status = '{status}', results = NULL, problem = 'an error' WHERE number == 7")
     report = swept(scenario, finished)
     assert (report.before, report.done, report.failed + report.crashed) == (40, 39, 1)
     report = swept(scenario, finished, retry_failed=True)
@@ -548,7 +528,7 @@ def test_only_the_point_that_raises_fails(scenario: Path, out: Path, monkeypatch
     monkeypatch.setattr(point_evaluation, "simulate_scenes", picky)
     report = swept(scenario, out)
     assert (report.done, report.failed) == (39, 1)
-    assert [line["error"] for line in journal(out) if "error" in line] == ["SystemExit: 3"]
+    assert [line["error"] for line in journal(out) if line["error"]] == ["SystemExit: 3"]
 
 
 def test_the_rest_of_a_batch_is_sent_again_after_the_time_slice(
@@ -579,17 +559,17 @@ def test_an_interrupt_keeps_finished_points(scenario: Path, out: Path, monkeypat
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
 def test_a_full_disk_is_reported_and_finished_points_are_kept(scenario: Path, out: Path) -> None:
-    # a limit on the file size acts like a full disk: only part of a line is written
+    # a limit on the file size acts like a full disk
     program = (
         "import resource, sys; from concurrent.futures import ThreadPoolExecutor\n"
         "from shockwave.sweep.runner import run_sweep; from shockwave import FileAccessError\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (4100, 4100))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (12000, 12000))\n"
         "try: run_sweep(sys.argv[1], sys.argv[2], ThreadPoolExecutor(1))\n"
         "except FileAccessError as error: print(error)"
     )
     command = [sys.executable, "-c", program, str(scenario), str(out)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "journal.jsonl: cannot be written (File too large)" in printed
+    assert "journal.sqlite: cannot be read or written as a journal (disk I/O error)" in printed
     kept = journal(out)
     assert 0 < len(kept) < 40
     assert swept(scenario, out).before == len(kept)

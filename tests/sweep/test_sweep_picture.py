@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 from matplotlib.contour import ContourSet
-from test_results import FORCE, MATERIAL, TIME, folder_of, line
+from test_results import FORCE, MATERIAL, TIME, done, folder_of
 
 from shockwave import cli
 from shockwave.base.errors import UsageError
@@ -43,7 +43,7 @@ def swept(folder: Path, axes: Any, columns: dict[str, Any], failed: tuple[int, .
         unit = UNITS.get(name, "")
         described.append({"name": name, "unit": unit, "kind": "number" if unit is not None else "text", "meaning": "a"})
     rows = enumerate(zip(*columns.values(), strict=True))
-    lines = [line(at, status="failed", error="no") if at in failed else line(at, *values) for at, values in rows]
+    lines = [(at, "failed", None, "no") if at in failed else done(at, *values) for at, values in rows]
     return load_sweep(folder_of(folder, axes, lines, described))
 
 
