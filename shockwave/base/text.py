@@ -32,6 +32,8 @@ _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M
 _LABEL = 20
 # Least width of a column of wrapped text.
 _NARROW = 12
+# Width of the text about columns that are left out, besides their names.
+_REMEDY = 42
 # Width to which the first column, of names, is wrapped before others are left out.
 _NAME = 24
 # Blanks between a number and its unit, and in a unit.
@@ -230,18 +232,9 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], spare: Sequence[
         text_lines += _cells(line, widths)
     omitted = [name for place, name in enumerate(header) if place not in shown]
     if omitted:
-        text_lines += _list_omitted(omitted, room)
+        names = textwrap.shorten(", ".join(omitted), max(room - _REMEDY, _NARROW), placeholder=" ...")
+        text_lines += wrap(f"(not shown: {names}; --wide shows all columns)", room)
     return "\n".join(" " * margin + line for line in text_lines)
-
-
-def _list_omitted(names: Sequence[str], room: int) -> list[str]:
-    """A line with the first of the ``names`` and the number of the others; several lines if a single name is longer."""
-    for count in range(len(names), 0, -1):
-        more = f" and {len(names) - count} more" if count < len(names) else ""
-        line = f"(not shown: {', '.join(names[:count])}{more}; --wide shows all columns)"
-        if len(line) <= room:
-            break
-    return wrap(line, room)
 
 
 def _fit_columns(lines: Sequence[Sequence[str]], room: int) -> tuple[list[int], int]:

@@ -43,7 +43,6 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
     status = 0
     done = []
     shown: list[Any] = []
-    documents = []
     problems = []
     scenarios = load_scenarios(options)
     single = len(scenarios) == 1
@@ -51,14 +50,10 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
         try:
             result = answer(scenario)
             # parts of a result that are computed when they are used may fail, too
-            if options.json:
-                documents.append(result.to_dict())
-            else:
-                shown.append(str(result) if single else row(result))
+            shown.append(result.to_dict() if options.json else str(result) if single else row(result))
             done.append(result)
-            if (
-                getattr(result, "method", "") == "simulation" and result.reason
-            ):  # of a prediction, which is shown as well
+            # a prediction without an answer of the simulation
+            if getattr(result, "method", "") == "simulation" and result.reason:
                 status = max(status, NumericalError.exit_code)
         except Exception as error:
             text, code = failure(scenario.scene.locate_error(error))
@@ -66,8 +61,9 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
             problems.append(text if text.startswith(f"{file}:") else f"{file}: {text}")
             warnings = getattr(error, "__notes__", [])
             problems += [line for warning in warnings for line in paragraph("  ! ", warning, 4)]
-            more = {"warnings": warnings} if warnings else {}
-            documents.append({**VERSION, "scenario": scenario.name, "error": text, **more})
+            if options.json:
+                more = {"warnings": warnings} if warnings else {}
+                shown.append({**VERSION, "scenario": scenario.name, "error": text, **more})
             status = max(status, code)
         except KeyboardInterrupt:
             problems.append(f"{name_of(scenario)}: interrupted")
@@ -75,9 +71,9 @@ def _run(options: Namespace, answer: Callable[[Scenario], Any], row: Callable[[A
             break
     for problem in problems:  # not earlier, for they would stand in the line of the progress
         print(problem, file=sys.stderr)
-    if options.json and documents:
-        print(json_text(documents[0] if single else documents))
-    elif done:
+    if options.json and shown:
+        print(json_text(shown[0] if single else shown))
+    elif shown:
         print(shown[0] if single else _table(shown, done, legend))
     return status
 
