@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from shockwave.base.errors import FileAccessError
-from shockwave.base.files import not_writable, open_regular, refuse_link, replace_file
+from shockwave.base.files import not_writable, open_regular, replace_file
 from shockwave.base.progress import report_progress
 from shockwave.base.text import replace_unfit
 from shockwave.sweep.definition import DEFINITION, NOTES, SweepDefinition, as_text, warnings_in
@@ -110,23 +110,19 @@ class Journal:
         FileAccessError
             If the folder cannot be written, is in use by another client, or holds other files.
         """
-        from filelock import FileLock, Timeout  # workers do not need it, and it is slow to import
-
-        lock = FileLock(self.folder / _LOCK, timeout=0, thread_local=False)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             _refuse_others(self.folder)
-            refuse_link(self.folder / _LOCK)
-            lock.acquire()
-        except Timeout:
-            problem = "must be used by one client at a time (got another one; wait until it ends, or stop it)"
-            raise FileAccessError(f"{self.folder}: {problem}") from None
         except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
             raise not_writable(self.folder, error) from error
-        try:
+        open_regular(self.folder / _LOCK, mode="ab").close()
+        with closing(sqlite3.connect(self.folder / _LOCK, timeout=0)) as lock:
+            try:
+                lock.execute("BEGIN EXCLUSIVE")
+            except sqlite3.Error as error:
+                rule = "must be used by one client at a time"
+                raise FileAccessError(f"{self.folder}: {rule} (got: {error}; wait until it ends, or stop it)") from None
             yield
-        finally:
-            lock.release()
 
     def begin(self, retry_failed: bool) -> None:
         """Read the journal, or create it; if ``retry_failed``, remove the points that failed or crashed."""
@@ -148,7 +144,7 @@ class Journal:
 def _refuse_others(folder: Path) -> None:
     """Refuse a folder that holds files but no sweep."""
     names = {file.name for file in folder.iterdir()}
-    strange = sorted(name for name in names - {_LOCK} if not name.endswith(".part"))
+    strange = sorted(name for name in names if not (name.startswith(_LOCK) or name.endswith(".part")))
     if strange and DEFINITION not in names:
         got = f"got a folder with {strange[0]}; choose another"
         raise FileAccessError(f"{folder}: must be a new folder or hold a sweep ({got})")
