@@ -112,11 +112,11 @@ def test_a_striker_neither_carries_nor_weighs() -> None:
 
 
 def test_a_gap_follows_each_granule_of_its_segment() -> None:
-    made = chain(sw.Segment(), sw.Segment(count=2, gap=1e-5), sw.Segment(gap=3e-5), end=sw.Wall())
+    made = chain(sw.Segment(), sw.Segment(count=2, gap=1e-5), sw.Segment(gap=3e-5, radius=2 * RADIUS), end=sw.Wall())
     assert Layout.of(made, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5, -3e-5]
     free = attrs.evolve(made, end=None)
     assert Layout.of(free, SHOCK).overlaps.tolist() == [0, -1e-5, -1e-5]
-    assert mass_and_length(made) == pytest.approx((4 * CHAIN.granule_mass, 8 * RADIUS + 5e-5), rel=ROUNDINGS)
+    assert mass_and_length(made) == pytest.approx((11 * CHAIN.granule_mass, 10 * RADIUS + 5e-5), rel=ROUNDINGS)
 
 
 # ---------------------------------------------------------------- damping

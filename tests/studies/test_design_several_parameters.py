@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -245,11 +244,3 @@ def test_an_infeasible_design_ends_with_status_1(file: Path, capsys: pytest.Capt
     given = ["--vary", MATERIAL, "--target", "chain.mass <= 1e-9 kg", "--least", "chain.length"]
     assert cli.main(["design", str(file), *given]) == 1
     assert "no option meets chain mass <= " in unwrapped(capsys.readouterr().err)
-
-
-def test_mass_and_length_are_those_of_the_granules() -> None:
-    steel = sw.material("paper-steel")
-    chain = sw.Chain(material=steel, radius=1e-3, granules=[sw.Segment(count=2, gap=1e-4), sw.Segment(radius=2e-3)])
-    mass, length = mass_and_length(chain)
-    assert mass == pytest.approx(4 / 3 * math.pi * steel.density * (2 * 1e-9 + 8e-9), rel=1e-14)
-    assert length == pytest.approx(8e-3 + 2e-4, rel=1e-14)
