@@ -48,7 +48,7 @@ enum { METHOD, ROWS, COEFFICIENTS, STOPS, TIMES, WATCHED, IMPULSES, RUN, TABLE, 
 
 #define KERNEL(width) \
     (Kernel){attempt_##width, evaluate_##width, complete_##width, error_##width, near_##width, changed_##width, passing_##width, \
-             turning_##width, above_##width, yielding_##width, raise_scales_##width, width}
+             turning_##width, above_##width, yielding_##width, raise_scales_##width}
 
 static Kernel widest(void)
 {

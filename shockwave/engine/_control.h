@@ -6,13 +6,12 @@ static double kink_error(const March *m, double h, double force, double idle)
     return m->r->kink * h * force * smaller(1, idle / larger(1 - idle, 1e-300));
 }
 
-/* Shortens `size` to end where contact j is predicted to close or, without damping, to open, and m->r->size after it has
-   closed: the force is a power of the time. */
+/* Shortens `size` to end where contact j, which is `near`, is predicted to close or, without damping, to open, and m->r->size
+   after it has closed: the force is a power of the time. */
 static double predict(March *m, long j, double h, double size)
 {
     const double d = m->start.d[j], w = m->start.w[j], at = -d / w / h, p = m->exponents[j] + 1, q = m->powers[j] + 1;
     double most = m->r->size;
-    if (!(fabs(d) < h * fabs(w))) return size;
     if (at > m->r->soon && (d < 0 || (m->c[j] == 0 && kink_error(m, h, m->start.raw[j], 1 - at) > m->r->kink_share * allowed(m, j))))
         size = smaller(size, at * h);
     if (w > 0 && fabs(d) < m->r->soon * h * w) {
@@ -29,9 +28,8 @@ static double next_size(March *m, double *end)
     const double stop = m->stop < m->stop_count ? smaller(m->stops[m->stop], m->r->until) : m->r->until;
     const double left = stop - m->r->time, h = m->r->size;
     double size = m->driven || !m->kinks ? m->r->longest : INFINITY;
-    long e = 0, j;
-    while (m->kinks && (e = m->kernel.near(m, h, e)) < m->padded)
-        for (j = e, e += m->kernel.width; j < e && j < m->n; j++) size = predict(m, j, h, size);
+    long j;
+    for (j = 0; m->kinks && (j = m->kernel.near(m, h, j)) < m->n; j++) size = predict(m, j, h, size);
     for (j = 0; j < m->flows; j++) size = smaller(size, turns_after(m, (long)m->flowing[j]));
     m->at_stop = smaller(size, m->r->size) >= left;
     size = m->at_stop ? left : smaller(smaller(size, m->r->size), left / 2); /* avoids a very short last step */
@@ -65,12 +63,11 @@ static double kink_at(const March *m, double h, long j, double share)
 /* Fraction of the step at which it should end because a contact closes, opens or is cut off; 1 if it need not. */
 static double kink(March *m, double h)
 {
+    const long contacts = contacts_of(m);
     double share = 1;
-    long e = 0, j;
-    while ((e = m->kernel.changed(m, e)) < m->padded)
-        for (j = e, e += m->kernel.width; j < e && j < m->n; j++) share = kink_at(m, h, j, share);
-    for (e = 0; m->yields && (e = m->kernel.yielding(m, h, e)) < m->padded;)
-        for (j = e, e += m->kernel.width; j < e && j < m->n && j < (long)m->r->contacts; j++) share = mode_end(m, h, j, share);
+    long j;
+    for (j = 0; (j = m->kernel.changed(m, j)) < m->n; j++) share = kink_at(m, h, j, share);
+    for (j = 0; m->yields && (j = m->kernel.yielding(m, h, j)) < contacts; j++) share = mode_end(m, h, j, share);
     return share;
 }
 
@@ -90,8 +87,8 @@ static void widen(March *m, long n)
 static void begin(March *m, int changed)
 {
     const double *x = m->start.x, *v = m->start.v;
-    const long contacts = (long)m->r->contacts;
-    long e = 0, j;
+    const long contacts = contacts_of(m);
+    long j;
     int turn;
     for (j = 0; m->jumps && j < m->n; j++) {
         const double d = (x[j] - x[j + 1]) + m->gap[j] + m->base[j], w = v[j] - v[j + 1], before = m->on[j];
@@ -103,10 +100,9 @@ static void begin(March *m, int changed)
         list_flows(m);
         m->kernel.evaluate(m, &m->start, 0, m->padded, m->r->time);
     }
-    while (!m->record && (e = m->kernel.above(m, e)) < m->padded)
-        for (j = e, e += m->kernel.width; j < e && j < contacts; j++) raise_best(m, j, m->start.f[j], m->r->time);
+    for (j = 0; !m->record && (j = m->kernel.above(m, j)) < contacts; j++) raise_best(m, j, m->start.f[j], m->r->time);
     m->over = m->r->until == INFINITY && m->r->time >= m->r->duration;
-    for (j = 0; m->over && j < m->n && j < contacts; j++) m->over = m->start.f[j] == 0 && !(m->start.w[j] > 0);
+    for (j = 0; m->over && j < contacts; j++) m->over = m->start.f[j] == 0 && !(m->start.w[j] > 0);
 }
 
 /* Processes an accepted step and begins the next one. */

@@ -61,7 +61,6 @@ typedef struct {
     long (*near)(const March *, double h, long from), (*changed)(const March *, long from), (*passing)(const March *, long from), (*turning)(const March *, double h, long from),
         (*above)(const March *, long from), (*yielding)(const March *, double h, long from);
     void (*raise_scales)(March *, long high);
-    long width;
 } Kernel;
 
 struct March {
@@ -91,6 +90,9 @@ struct March {
 
 static double larger(double value, double limit) { return value > limit ? value : limit; }
 static double smaller(double value, double limit) { return value < limit ? value : limit; }
+
+/* Number of contacts of the window. */
+static long contacts_of(const March *m) { return (long)smaller((double)m->n, m->r->contacts); }
 
 /* The power q of d by the C library; by roots where possible: they are the same everywhere. */
 static double power_of(double d, double q)

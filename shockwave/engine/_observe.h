@@ -69,10 +69,9 @@ static void find_peak(March *m, double h, long j)
 /* Computes all maxima within the step that may be the greatest so far. */
 static void find_peaks(March *m, double h)
 {
-    const long contacts = (long)m->r->contacts;
-    long e = 0, j;
-    while ((e = m->kernel.turning(m, h, e)) < m->padded && e < contacts)
-        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) find_peak(m, h, j);
+    const long contacts = contacts_of(m);
+    long j;
+    for (j = 0; (j = m->kernel.turning(m, h, j)) < contacts; j++) find_peak(m, h, j);
 }
 
 /* Displacement, acceleration and spring force of a movable end, and their changes in a step of size h. */

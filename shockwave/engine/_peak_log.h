@@ -100,10 +100,9 @@ static void log_maximum(March *m, double h, long j)
 /* Logs the maxima within a step. */
 static void log_maxima(March *m, double h)
 {
-    const long contacts = (long)m->r->contacts;
-    long e = 0, j;
-    while ((e = m->kernel.passing(m, e)) < m->padded && e < contacts)
-        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) log_maximum(m, h, j);
+    const long contacts = contacts_of(m);
+    long j;
+    for (j = 0; (j = m->kernel.passing(m, j)) < contacts; j++) log_maximum(m, h, j);
 }
 
 /* Keeps the state at the beginning of a step, if it is wanted. */

@@ -196,21 +196,20 @@ static void change_mode(March *m, long j, int next, double a)
 /* Changes the modes that end at the beginning of a step; whether there are any. */
 static int change_modes(March *m)
 {
-    const long contacts = (long)m->r->contacts;
+    const long contacts = contacts_of(m);
     double ignored;
     int changed = 0;
-    long e = 0, j;
-    while ((e = m->kernel.yielding(m, 0, e)) < m->padded)
-        for (j = e, e += m->kernel.width; j < e && j < m->n && j < contacts; j++) {
-            if (!(m->start.u[j] > m->plastic.limit[j])) continue;
-            const double a = closing(m, &m->start, j, m->r->time);
-            const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a, &m->start, &ignored);
-            if (next != (int)m->plastic.mode[j]) {
-                change_mode(m, j, next, a);
-                changed = 1;
-            } else if (m->plastic.curved[j] > 1) m->plastic.force[j] = larger(m->plastic.force[j], m->start.f[j] + m->still[j]);
-            else if (next == ELASTIC && !(m->start.w[j] > 0)) m->plastic.limit[j] = m->start.u[j]; /* turned at the limit */
-        }
+    long j;
+    for (j = 0; (j = m->kernel.yielding(m, 0, j)) < contacts; j++) {
+        if (!(m->start.u[j] > m->plastic.limit[j])) continue;
+        const double a = closing(m, &m->start, j, m->r->time);
+        const int next = next_mode(m, j, m->start.d[j], m->start.w[j], a, &m->start, &ignored);
+        if (next != (int)m->plastic.mode[j]) {
+            change_mode(m, j, next, a);
+            changed = 1;
+        } else if (m->plastic.curved[j] > 1) m->plastic.force[j] = larger(m->plastic.force[j], m->start.f[j] + m->still[j]);
+        else if (next == ELASTIC && !(m->start.w[j] > 0)) m->plastic.limit[j] = m->start.u[j]; /* turned at the limit */
+    }
     return changed;
 }
 

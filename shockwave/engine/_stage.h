@@ -172,15 +172,13 @@ TARGET static void NAME(attempt)(March *m, double h, double end, long low, long 
     m->r->evaluations += stages - method->last_is_first - method->jerk;
 }
 
-/* Largest change between neighbours of factor (sum over the stages), over the scale. */
-INLINE double NAME(largest_by)(const March *m, const Terms *t, const int terms, double factor, const double *scale)
+/* Largest changes between neighbours of factor (sum over the stages), over the scale. */
+INLINE V NAME(largest_by)(const March *m, const Terms *t, const int terms, double factor, const double *scale)
 {
     const double *stage[MAX_STAGES];
-    double each[WIDTH], greatest = 0;
     V a[MAX_STAGES], most = NAME(set)(0), change;
     Mask finite = NAME(reaches)(most, most);
     long e;
-    int i;
     NAME(take_terms)(m, t, terms, stage, a);
     change = factor * NAME(sum)(stage, a, terms, 0);
     for (e = 0; e < m->padded; e += WIDTH) {
@@ -190,34 +188,42 @@ INLINE double NAME(largest_by)(const March *m, const Terms *t, const int terms, 
         finite &= NAME(exceeds)(NAME(set)(m->r->largest), error);
         change = after;
     }
-    NAME(store)(each, NAME(pick)(finite, most, NAME(set)(INFINITY)));
-    for (i = 0; i < WIDTH; i++) greatest = larger(greatest, each[i]);
-    return greatest;
+    return NAME(pick)(finite, most, NAME(set)(INFINITY));
 }
 
-TARGET static double NAME(largest)(const March *m, const Terms *t, double factor, const double *scale)
+TARGET static V NAME(largest)(const March *m, const Terms *t, double factor, const double *scale)
 {
-    double greatest = 0;
-    UNROLLED(t->count, greatest = NAME(largest_by)(m, t, TERMS, factor, scale))
-    return greatest;
+    V most = NAME(set)(0);
+    UNROLLED(t->count, most = NAME(largest_by)(m, t, TERMS, factor, scale))
+    return most;
+}
+
+/* Largest change of overlaps or closing velocities by two of the sums, over the scales. */
+TARGET static double NAME(change)(const March *m, const Terms *t, double h)
+{
+    double each[WIDTH];
+    int i, j;
+    NAME(store)(each, NAME(greater)(NAME(largest)(m, t, h * h, m->scale_u), NAME(largest)(m, t + 1, h, m->scale_w)));
+    for (i = WIDTH / 2; i > 0; i /= 2) for (j = 0; j < i; j++) each[j] = larger(each[j], each[j + i]);
+    return each[0];
 }
 
 /* Largest error of the last attempt, over the tolerance. */
 static double NAME(error)(March *m, double h)
 {
-    const Terms *t = m->method.errors;
-    const double first = larger(NAME(largest)(m, t, h * h, m->scale_u), NAME(largest)(m, t + 1, h, m->scale_w));
-    const double second = m->method.estimates < 4 ? 0 : larger(NAME(largest)(m, t + 2, h * h, m->scale_u), NAME(largest)(m, t + 3, h, m->scale_w));
+    const double first = NAME(change)(m, m->method.errors, h), second = m->method.estimates < 4 ? 0 : NAME(change)(m, m->method.errors + 2, h);
     const double rough = 0.01 * second * second;
     return (rough != 0 ? first * first / sqrt(first * first + rough) : first) / m->r->tolerance;
 }
 
-/* ---------------------------------------------------------------- scans: the next block from `from` with a contact ... */
+/* ---------------------------------------------------------------- scans: the next contact from `from` ... */
 
 #define SCAN(from, ...) \
     long e; \
     for (e = (from); e < m->padded; e += WIDTH) { \
+        Mask hits; \
         __VA_ARGS__ \
+        if (NAME(any)(hits)) return e + NAME(first)(hits); \
     } \
     return m->padded;
 
@@ -225,7 +231,7 @@ static double NAME(error)(March *m, double h)
 TARGET static long NAME(near)(const March *m, double h, long from)
 {
     const V size = NAME(set)(h);
-    SCAN(from, if (NAME(any)(NAME(exceeds)(size * NAME(magnitude)(NAME(load)(m->start.w + e)), NAME(magnitude)(NAME(load)(m->start.d + e))))) return e;)
+    SCAN(from, hits = NAME(exceeds)(size * NAME(magnitude)(NAME(load)(m->start.w + e)), NAME(magnitude)(NAME(load)(m->start.d + e)));)
 }
 
 /* ... that closes, opens, or is cut off; */
@@ -240,7 +246,7 @@ TARGET static long NAME(changed)(const March *m, long from)
             before &= NAME(reaches)(NAME(load)(m->start.raw + e), zero) | elastic;
             after &= NAME(reaches)(NAME(load)(m->finish.raw + e), zero) | elastic;
         }
-        if (NAME(any)(before ^ after)) return e;)
+        hits = before ^ after;)
 }
 
 /* ... that stops closing within a step; */
@@ -250,7 +256,7 @@ TARGET static long NAME(passing)(const March *m, long from)
     const V zero = NAME(set)(0);
     SCAN(from,
         const Mask closes = NAME(exceeds)(NAME(load)(v + e) - NAME(load)(v + e + 1), zero);
-        if (NAME(any)(closes & NAME(reaches)(zero, NAME(load)(v1 + e) - NAME(load)(v1 + e + 1)))) return e;)
+        hits = closes & NAME(reaches)(zero, NAME(load)(v1 + e) - NAME(load)(v1 + e + 1));)
 }
 
 /* ... whose force may have its greatest maximum so far within the step; see find_peak. */
@@ -266,13 +272,13 @@ TARGET static long NAME(turning)(const March *m, double h, long from)
         /* slopes of the same sign, with another in between */
         const Mask bends = (rises & NAME(exceeds)(zero, middle)) | (falls & NAME(exceeds)(middle, zero));
         const Mask twice = (rises ^ falls) & bends & NAME(exceeds)(middle * middle, r0 * r1);
-        if (NAME(any)(high | twice)) return e;)
+        hits = high | twice;)
 }
 
 /* ... whose force exceeds its greatest so far. */
 TARGET static long NAME(above)(const March *m, long from)
 {
-    SCAN(from, if (NAME(any)(NAME(exceeds)(NAME(load)(m->start.f + e), NAME(load)(m->best + e)))) return e;)
+    SCAN(from, hits = NAME(exceeds)(NAME(load)(m->start.f + e), NAME(load)(m->best + e));)
 }
 
 /* ... whose mode may end within a step; */
@@ -282,25 +288,27 @@ TARGET static long NAME(yielding)(const March *m, double h, long from)
     SCAN(from,
         const V w = NAME(greater)(NAME(magnitude)(NAME(load)(m->start.w + e)), NAME(magnitude)(NAME(load)(m->finish.w + e)));
         const V u = NAME(greater)(NAME(load)(m->start.u + e), NAME(load)(m->finish.u + e));
-        if (NAME(any)(NAME(exceeds)(u + span * w, NAME(load)(m->plastic.limit + e)))) return e;)
+        hits = NAME(exceeds)(u + span * w, NAME(load)(m->plastic.limit + e));)
 }
 
 /* Raises the scales of the errors to what was reached before `high` at the end of the step, or is expected next to it. */
 TARGET static void NAME(raise_scales)(March *m, long high)
 {
     const V zero = NAME(set)(0);
+    V before_w = NAME(load)(m->scale_w - WIDTH), before_u = NAME(load)(m->scale_u - WIDTH);
     long e;
-    for (e = 0; e < high; e += WIDTH) {
-        /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
-        const V u = NAME(magnitude)(NAME(load)(m->finish.u + e)), w = NAME(magnitude)(NAME(load)(m->finish.w + e));
-        const V reached = NAME(pick)(NAME(exceeds)(NAME(load)(m->finish.d + e), zero), u, NAME(load)(m->base + e));
-        NAME(store)(m->scale_w + e, NAME(greater)(NAME(load)(m->scale_w + e), w));
-        NAME(store)(m->scale_u + e, NAME(greater)(NAME(load)(m->scale_u + e), reached));
-    }
-    for (e = m->padded - WIDTH; e >= 0; e -= WIDTH) {
-        const V w = NAME(load)(m->reach_w + e) * NAME(load)(m->scale_w + e - 1), u = NAME(load)(m->reach_u + e) * NAME(load)(m->scale_u + e - 1);
-        NAME(store)(m->scale_w + e, NAME(greater)(NAME(load)(m->scale_w + e), w));
-        NAME(store)(m->scale_u + e, NAME(greater)(NAME(load)(m->scale_u + e), u));
+    for (e = 0; e < m->padded; e += WIDTH) {
+        V w = NAME(load)(m->scale_w + e), u = NAME(load)(m->scale_u + e);
+        if (e < high) {
+            /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
+            const V reached = NAME(pick)(NAME(exceeds)(NAME(load)(m->finish.d + e), zero), NAME(magnitude)(NAME(load)(m->finish.u + e)), NAME(load)(m->base + e));
+            w = NAME(greater)(w, NAME(magnitude)(NAME(load)(m->finish.w + e)));
+            u = NAME(greater)(u, reached);
+        }
+        NAME(store)(m->scale_w + e, NAME(greater)(w, NAME(load)(m->reach_w + e) * NAME(previous)(before_w, w)));
+        NAME(store)(m->scale_u + e, NAME(greater)(u, NAME(load)(m->reach_u + e) * NAME(previous)(before_u, u)));
+        before_w = w;
+        before_u = u;
     }
 }
 

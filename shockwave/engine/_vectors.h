@@ -7,7 +7,9 @@
 #define X86_VECTORS
 #include <immintrin.h>
 typedef double Values4 __attribute__((vector_size(32)));
+typedef double Row4 __attribute__((vector_size(32), aligned(8)));
 typedef long long Bits4 __attribute__((vector_size(32)));
 typedef double Values8 __attribute__((vector_size(64)));
+typedef double Row8 __attribute__((vector_size(64), aligned(8)));
 typedef long long Bits8 __attribute__((vector_size(64)));
 #endif
