@@ -177,14 +177,16 @@ class Assembly:
         c[:contacts], still[:contacts] = self.damping, self.static_forces
         offsets[contacts:] = -FAR
         base, gap = np.maximum(offsets, 0.0), np.minimum(offsets, 0.0)
-        before = np.append(inverse[0], inverse[:-1])
         velocity, force = self._first_scales
         # overlap of each contact under the force at the first one
         extent = np.minimum((force / np.where(k > 0, k, 1.0)) ** (1 / p), _ratio(force, p * k * base ** (p - 1)))
-        reach = np.array([2 * inverse / (before + inverse), extent / np.append(extent[0], extent[:-1])])
-        reach = _EXPECTED * np.minimum(reach, 1.0)
-        scales = np.multiply.accumulate(np.column_stack(([1.0, 1.0], reach[:, 1:])), axis=1)
+        reach = np.ones((2, bodies))
+        reach[:, 1:] = 2 * inverse[1:] / (inverse[:-1] + inverse[1:]), extent[1:] / extent[:-1]
+        reach = np.minimum(reach, 1.0)
+        reach[:, 1:] *= _EXPECTED
+        scales = np.multiply.accumulate(reach, axis=1)
         scales = np.maximum(scales, _LEAST) * (_EXPECTED * np.array([[velocity], [extent[0]]]))
+        reach[:, 0] = _EXPECTED
         scales[:, contacts:] = LARGEST
         first = _FIRST_STEP * float(scales[1, 0] / scales[0, 0])
         return np.array([inverse, k, gap, base, np.sqrt(base), still, c, *reach]), scales, first
@@ -216,13 +218,13 @@ class Assembly:
         return potential if self.law_contacts is None else np.where(self.law_contacts, 0.0, potential)
 
     def _elastic_potential(self, x: FloatArray) -> FloatArray:
-        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
+        changes = approaches(x)[: len(self.overlaps)]
         stiffnesses, overlaps = self.at_rest
         static, p = np.maximum(overlaps, 0.0), self.exponents
         closed = np.maximum(overlaps + changes, 0.0)
-        whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
         if not static.any():
-            return np.asarray(stiffnesses * whole)
+            return np.asarray(stiffnesses * (closed ** (p + 1) / (p + 1)))
+        whole = (closed ** (p + 1) - static ** (p + 1)) / (p + 1) - static**p * changes
         # Gauss-Legendre quadrature of a force that is nearly linear avoids the difference of large numbers
         shares, weights = _RULE[:, :, None]
         strain = changes / np.where(static > 0, static, 1.0)
@@ -249,8 +251,15 @@ class Assembly:
         """`potential` from the energies that elastic-plastic contacts release."""
         stiffnesses, overlaps = self.at_rest
         before = stiffnesses / 2.5 * np.maximum(overlaps, 0.0) ** 2.5
-        changes = (x - np.append(x[1:], 0.0))[: len(self.overlaps)]
+        changes = approaches(x)[: len(self.overlaps)]
         return np.asarray(energies - before - self.static_forces * changes)
+
+
+def approaches(x: FloatArray) -> FloatArray:
+    """Displacement of each body less that of the next one; behind the last one nothing moves."""
+    changes = x.copy()
+    changes[:-1] -= x[1:]
+    return changes
 
 
 def _ratio(one: float, others: FloatArray) -> FloatArray:

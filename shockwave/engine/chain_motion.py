@@ -330,7 +330,8 @@ def _fill_table(assembly: Assembly, job: Job) -> None:
         job.by_law[: len(assembly.overlaps)] = assembly.law_contacts
     inverse = job.chain[0].copy()
     inverse[0] *= not assembly.guided
-    job.switches[:] = inverse + np.append(inverse[1:], 0.0), np.ones(job.bodies)
+    job.switches[0], job.switches[1] = inverse, 1.0
+    job.switches[0, :-1] += inverse[1:]
     if assembly.guided:
         job.chain[0, 0] = 1.0
     if assembly.impedance:

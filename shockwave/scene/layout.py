@@ -135,8 +135,8 @@ class Layout:
             top_speed=excitation.top_speed if isinstance(excitation, Motion) else velocity,
             weight=chain.gravity * float(masses[0]) if isinstance(excitation, Impact) else 0.0,
             law=next((law for law, _ in laws if isinstance(law, ContactLaw)), None),
-            law_contacts=np.any([at & isinstance(law, ContactLaw) for law, at in laws], axis=0),
-            hertz_contacts=~np.any([at & isinstance(law, ContactLaw | PowerContact) for law, at in laws], axis=0),
+            law_contacts=_contacts_with(laws, ContactLaw),
+            hertz_contacts=~_contacts_with(laws, ContactLaw, PowerContact),
             plastic=plastic,
         )
 
@@ -153,10 +153,11 @@ class Layout:
 
     def describe_contact(self, contact: int) -> str:
         """Number and bodies of a contact."""
-        labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in enumerate(self.segments)]
+        pair = enumerate(self.segments[contact : contact + 2], contact)
+        labels = ["the striker" if each == STRIKER else f"granule {index}" for index, each in pair]
         end = f"the {self.wall.word}" if self.wall else ""
-        pair = zip([*labels, end][contact:], self.bodies[contact : contact + 2], strict=False)
-        names = [f"{label} ({material_name(body)})" for label, body in pair]
+        bodies = zip([*labels, end], self.bodies[contact : contact + 2], strict=False)
+        names = [f"{label} ({material_name(body)})" for label, body in bodies]
         return f"at contact {contact}, between {' and '.join(names)}"
 
 
@@ -191,18 +192,21 @@ def _group_laws(laws: Sequence[_Law]) -> list[tuple[_Law, npt.NDArray[np.bool_]]
     return [(law, numbers == number) for number, law in {id(law): law for law in laws}.items()]
 
 
+def _contacts_with(laws: Sequence[tuple[object, npt.NDArray[np.bool_]]], *kinds: type) -> npt.NDArray[np.bool_]:
+    """Where one of the grouped laws is of these kinds."""
+    return np.asarray(np.logical_or.reduce([at & isinstance(law, kinds) for law, at in laws]))
+
+
 def _pairs(
     chain: Chain, materials: tuple[Material, ...], radii: FloatArray, masses: FloatArray, wall: Wall | Bar | None
 ) -> Pairs:
     """Properties of all contacts, by Hertz's law: E* and R* of two bodies, k = 4/3 E* sqrt(R*), and reduced masses."""
-    compliances = np.array([material.compliance for material in materials])
-    curvatures, inverse_masses = 1 / radii, 1 / masses
+    inverse = np.zeros((3, len(radii) + (wall is not None)))  # compliances, curvatures, inverse masses
+    inverse[:, : len(radii)] = [material.compliance for material in materials], 1 / radii, 1 / masses
     if wall is not None:
-        wall_material = wall.material
-        compliances = np.append(compliances, wall_material.compliance if isinstance(wall_material, Material) else 0.0)
-        curvatures = np.append(curvatures, 0.0)
-        inverse_masses = np.append(inverse_masses, 0.0 if wall.mass is None else 1 / wall.mass)
-    moduli, reduced, shared = (1 / (values[:-1] + values[1:]) for values in (compliances, curvatures, inverse_masses))
+        inverse[0, -1] = wall.material.compliance if isinstance(wall.material, Material) else 0.0
+        inverse[2, -1] = 0.0 if wall.mass is None else 1 / wall.mass
+    moduli, reduced, shared = 1 / (inverse[:, :-1] + inverse[:, 1:])
     contacts, cosine = chain.next_contacts
     stiffnesses = 4 / 3 * moduli * np.sqrt(reduced) * (contacts * math.pow(cosine, 2.5))
     return Pairs(moduli, reduced, shared, stiffnesses, np.full(reduced.shape, HERTZ))
@@ -215,7 +219,7 @@ def _plastic(
     wall: Wall | Bar | None,
 ) -> PlasticPairs | None:
     """Properties of elastic-plastic contacts, from the softer body; None if no contact has this law."""
-    contacts = np.any([at & isinstance(law, ElasticPlastic) for law, at in laws], axis=0)
+    contacts = _contacts_with(laws, ElasticPlastic)
     if not contacts.any():
         return None
     bodies = [*materials, *([] if wall is None else [wall.material])]

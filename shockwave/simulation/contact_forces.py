@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
-from attrs import asdict, evolve
+from attrs import evolve
 
 from shockwave.base.errors import NumericalError
 from shockwave.base.numerics import FloatArray
@@ -96,7 +96,8 @@ def simulate_chain(
     count, on_wall = case.granules, None
     if case.has_wall:
         impulse = motion.last_impulse * scales.momentum
-        on_wall = Transmitted(**asdict(runs.peak(-1)), impulse=impulse, impulse_error=runs.impulse_error)
+        (numbers,) = runs.numbers_at(np.array([len(motion.forces) - 1]))
+        on_wall = Transmitted(**numbers, impulse=impulse, impulse_error=runs.impulse_error)
     movable = len(motion.v) > count and not case.assembly.impedance
     velocities = scales.velocity * motion.v[:count]
     apart = are_apart(motion.x[:count], motion.v[:count], offsets(case, motion))

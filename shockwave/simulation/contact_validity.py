@@ -37,7 +37,7 @@ def first_yield(case: ChainSetup, motion: ChainMotion) -> Yielding | None:
     ratios = motion.forces[at] * case.scales.force / first
     plastic = np.zeros(at.shape) if layout.plastic is None else np.isfinite(layout.plastic.strengths[at])
     elastic = np.where(plastic, 0.0, ratios)
-    alike = len(set(layout.bodies)) == len(set(layout.radii.tolist())) == 1
+    alike = bool((layout.radii == layout.radii[0]).all()) and all(body == layout.materials[0] for body in layout.bodies)
     return Yielding(
         first_yield_force=float(first.min()),
         peak_ratio=float(ratios.max()),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -112,20 +112,21 @@ class Runs(NamedTuple):
     @property
     def reported(self) -> tuple[ContactPeak, ...]:
         """The greatest forces at the reported contacts."""
-        return self._peaks(self.case.reported)
+        return tuple(ContactPeak(**numbers) for numbers in self.numbers_at(self.case.reported))
 
     def peak(self, contact: int) -> ContactPeak:
         """The greatest force at a contact."""
-        return self._peaks(np.array([contact % len(self.errors)]))[0]
+        return ContactPeak(**self.numbers_at(np.array([contact % len(self.errors)]))[0])
 
-    def _peaks(self, contacts: npt.NDArray[np.intp]) -> tuple[ContactPeak, ...]:
-        scales, motion = self.case.scales, self.motion
-        forces, times = motion.forces * scales.contact_force, motion.force_times * scales.time
-        residual = np.zeros(forces.shape) if motion.residual_overlaps is None else motion.residual_overlaps
-        overlaps = scales.energy / scales.force * residual
-        columns = (forces, times, self.errors, self.case.layout.static_forces, overlaps)
-        rows = zip(contacts.tolist(), *(each[contacts].tolist() for each in columns), strict=True)
-        return tuple(ContactPeak(**dict(zip(_PEAK, row, strict=True))) for row in rows)
+    def numbers_at(self, contacts: npt.NDArray[np.intp]) -> list[dict[str, Any]]:
+        """Numbers of the `ContactPeak` of each of these contacts."""
+        scales, motion, static_forces = self.case.scales, self.motion, self.case.layout.static_forces
+        forces, times = motion.forces[contacts] * scales.contact_force, motion.force_times[contacts] * scales.time
+        columns = [contacts, forces, times, self.errors[contacts], static_forces[contacts]]
+        if motion.residual_overlaps is not None:
+            columns.append(scales.energy / scales.force * motion.residual_overlaps[contacts])
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return [dict(zip(_PEAK, row, strict=False)) for row in rows]
 
 
 def runs_of(case: ChainSetup) -> Runs:
@@ -232,8 +233,9 @@ def _errors(
     changes, judged = np.abs(dynamic - coarse.dynamic_forces), case.judged_contacts(forces)
     here, near = changes / base, np.zeros(len(base))
     for shift in range(1, _NEIGHBOURS + 1):
-        for this, other in ((slice(shift, None), slice(-shift)), (slice(-shift), slice(shift, None))):
-            near[this] = np.maximum(near[this], changes[other] / np.maximum(base[other], base[this]))
+        larger = np.maximum(base[shift:], base[:-shift])
+        near[shift:] = np.maximum(near[shift:], changes[:-shift] / larger)
+        near[:-shift] = np.maximum(near[:-shift], changes[shift:] / larger)
     relative = _FACTOR * np.maximum(here, near)
     factor = _PROPORTIONAL * ratio
     # the errors of a fixed step differ more from contact to contact, since it is not shortened for a collision

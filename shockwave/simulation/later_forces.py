@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from shockwave.base.numerics import FloatArray, bracketed_root
 from shockwave.base.text import round_bound, si
+from shockwave.engine.chain_assembly import approaches
 from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.force_limit import FALLING, UNBOUNDED, UNDAMPED
 from shockwave.simulation.contact_setup import ChainSetup
@@ -151,7 +152,7 @@ def _stored_energy(case: ChainSetup, motion: ChainMotion) -> float:
     assembly, k = case.assembly, stiffnesses(case, motion)
     static, powers = assembly.static_forces + assembly.weight, assembly.exponents + 1
     at_rest = (static / k) ** (1 / assembly.exponents)
-    overlaps = offsets(case, motion) + (motion.x - np.append(motion.x[1:], 0.0))[: len(at_rest)]
+    overlaps = offsets(case, motion) + approaches(motion.x)[: len(at_rest)]
     energies = k / powers * (np.maximum(overlaps, 0.0) ** powers - at_rest**powers) - static * (overlaps - at_rest)
     end = motion.end_energy
     if assembly.weight and not assembly.fixed_wall:
