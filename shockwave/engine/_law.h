@@ -32,9 +32,9 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, const 
     const V inside = NAME(inside)(m, d, &closed), k = NAME(load)(m->k + e), open = -NAME(load)(m->still + e);
     V force;
     if (!NAME(any)(closed)) return open; /* without roots */
-    if (hertz && !loaded) force = k * (inside * NAME(square_root)(inside));
+    if (hertz && !loaded) force = k * (d * NAME(square_root)(d)); /* of d, which is known before `inside` */
     else if (hertz) {
-        const V base = NAME(load)(m->base + e), before = NAME(load)(m->root + e), root = NAME(square_root)(inside);
+        const V base = NAME(load)(m->base + e), before = NAME(load)(m->root + e), root = NAME(square_root)(d);
         force = k * (stretch * (d + root * before + base) / (root + before));
     } else force = NAME(power_law)(m, e, stretch, inside, closed);
     if (yields) force += NAME(load)(m->plastic.offset + e) + NAME(load)(m->plastic.tangent + e) * stretch;

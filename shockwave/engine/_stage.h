@@ -37,7 +37,7 @@ INLINE void NAME(displace_by)(const March *m, const Terms *t, const int terms, c
 }
 
 /* y = x + time v + factor (sum over the stages); the block behind remains at x. */
-TARGET static void NAME(displace)(const March *m, const Terms *t, const double *x, double time, const double *v,
+INLINE void NAME(displace)(const March *m, const Terms *t, const double *x, double time, const double *v,
                                   double factor, long low, long high, double *y)
 {
     UNROLLED(t->count, NAME(displace_by)(m, t, TERMS, x, time, v, factor, low, high, y))
@@ -89,7 +89,7 @@ static void NAME(add_end)(const March *m, const double *x, const double *v, long
 }
 
 /* Forces and accelerations; stage is that of the sums of the impulses, or negative. */
-TARGET static void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
+INLINE void NAME(forces)(March *m, const int whole, const double *x, const double *v, long low, long high, int stage, End *to)
 {
     const double weight = m->damped && stage >= 0 ? m->method.weights[stage] : 0;
 #define FORCES(hertz, damped, loaded, yields) \
