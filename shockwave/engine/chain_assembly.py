@@ -264,4 +264,4 @@ def approaches(x: FloatArray) -> FloatArray:
 
 def _ratio(one: float, others: FloatArray) -> FloatArray:
     """Quotients, infinite where a divisor is zero."""
-    return np.asarray(np.where(others > 0, one / np.where(others > 0, others, 1.0), math.inf))
+    return np.asarray(np.divide(one, others, out=np.full(others.shape, math.inf), where=others > 0))

@@ -236,7 +236,8 @@ def _later_warning(case: ChainSetup, motion: ChainMotion, later: float) -> Itera
 def _segments(case: ChainSetup, motion: ChainMotion, granules: int) -> Iterator[SegmentEnergy]:
     """Energy of each segment, of so many granules in all."""
     count, contacts = case.granules, len(motion.forces)
-    values = case.scales.energy * np.array([motion.kinetic[:count], np.zeros(count)])
+    values = np.zeros((2, count))
+    values[0] = case.scales.energy * motion.kinetic[:count]
     halves = case.scales.energy / 2 * np.array([motion.potential, motion.losses[:contacts]])
     values[:, :-1] += halves[:, : count - 1]
     values[:, 1:] += halves[:, : count - 1]

@@ -56,14 +56,17 @@ def later_force(case: ChainSetup, motion: ChainMotion) -> float:
     flat = int(assembly.impedance > 0)  # of a bar: without mass, it stores no energy
     is_free = not (assembly.fixed_wall or assembly.end_stiffness or assembly.end_damping or flat)
     granules = len(v) if is_free else case.granules
-    first, last, frame = _first(~(np.append(apart[: granules - 1], True) & (v[:granules] <= 0))), len(v) - flat, 0.0
+    remains = v[:granules] > 0
+    remains[:-1] |= ~apart[: granules - 1]
+    first, last, frame = _first(remains), len(v) - flat, 0.0
     if static_forces.any():  # what it acts on returns; a striker without a weight does not
         first = min(first, int(force is None and not assembly.weight))
     elif is_free and first < last:  # what counts is the motion relative to that of the whole
         frame = _mean(v[first:], masses[first:])
         last -= _first(~(np.append(True, apart) & (v >= frame))[first:][::-1])
         frame = min(frame, _mean(v[first:last], masses[first:last]))
-    energy = math.fsum(0.5 * masses[first:last] * (v[first:last] - frame) ** 2) + _stored_energy(case, motion)
+    kinetic = 0.5 * masses[first:last] * (v[first:last] - frame) ** 2
+    energy = math.fsum(kinetic.tolist()) + _stored_energy(case, motion)
     k, static = float(stiffnesses(case, motion)[-1]), float(static_forces[-1])
     at_rest = (static / k) ** (1 / p)
 
@@ -73,7 +76,9 @@ def later_force(case: ChainSetup, motion: ChainMotion) -> float:
 
     # half of the elastic energy at this overlap is enough for each of the two other terms
     upper = max((2 * (p + 1) / k * energy) ** (1 / (p + 1)), (2 * (p + 1)) ** (1 / p) * at_rest)
-    overlap = bracketed_root(excess, at_rest, upper, "the greatest later overlap") if energy > 0 else at_rest
+    overlap = max(((p + 1) / k * energy) ** (1 / (p + 1)), at_rest)
+    if static and energy > 0:
+        overlap = bracketed_root(excess, at_rest, upper, "the greatest later overlap")
     behind = case.granules - 1 - (not case.has_wall)
     closing = math.sqrt(2 * energy) * float(np.sum(np.sqrt(assembly.inverse_masses[behind : behind + 2 - flat])))
     damping = float(assembly.damping[-1]) * overlap ** float(assembly.damping_powers[-1]) * closing
@@ -157,7 +162,7 @@ def _stored_energy(case: ChainSetup, motion: ChainMotion) -> float:
     end = motion.end_energy
     if assembly.weight and not assembly.fixed_wall:
         end += assembly.weight * float(assembly.weight / (2 * assembly.end_stiffness) - motion.x[-1])
-    return max(math.fsum(energies), 0.0) + max(end, 0.0)
+    return max(math.fsum(energies.tolist()), 0.0) + max(end, 0.0)
 
 
 def _mean(v: FloatArray, masses: FloatArray) -> float:
