@@ -14,6 +14,7 @@ INLINE int NAME(any)(int mask) { return mask; }
 INLINE int NAME(first)(int mask) { (void)mask; return 0; }
 INLINE double NAME(square_root)(double v) { return sqrt(v); }
 INLINE double NAME(magnitude)(double v) { return fabs(v); }
+INLINE double NAME(greater)(double v, double limit) { return v > limit ? v : limit; }
 INLINE double NAME(next)(double v, double following) { (void)v; return following; }
 INLINE double NAME(previous)(double preceding, double v) { (void)v; return preceding; }
 #elif WIDTH == 8
@@ -29,6 +30,7 @@ INLINE int NAME(any)(Mask mask) { return mask != 0; }
 INLINE int NAME(first)(Mask mask) { return __builtin_ctz(mask); }
 INLINE V NAME(square_root)(V v) { return (V)_mm512_sqrt_pd((__m512d)v); }
 INLINE V NAME(magnitude)(V v) { return (V)_mm512_abs_pd((__m512d)v); }
+INLINE V NAME(greater)(V v, V limit) { return (V)_mm512_max_pd((__m512d)v, (__m512d)limit); }
 INLINE V NAME(next)(V v, V following) { return (V)_mm512_castsi512_pd(_mm512_alignr_epi64((__m512i)following, (__m512i)v, 1)); }
 INLINE V NAME(previous)(V preceding, V v) { return (V)_mm512_castsi512_pd(_mm512_alignr_epi64((__m512i)v, (__m512i)preceding, 7)); }
 #else
@@ -44,11 +46,10 @@ INLINE int NAME(any)(Mask mask) { return !_mm256_testz_si256((__m256i)mask, (__m
 INLINE int NAME(first)(Mask mask) { return __builtin_ctz((unsigned)_mm256_movemask_pd((__m256d)mask)); }
 INLINE V NAME(square_root)(V v) { return (V)_mm256_sqrt_pd((__m256d)v); }
 INLINE V NAME(magnitude)(V v) { return (V)_mm256_andnot_pd(_mm256_set1_pd(-0.0), (__m256d)v); }
+INLINE V NAME(greater)(V v, V limit) { return (V)_mm256_max_pd((__m256d)v, (__m256d)limit); }
 INLINE V NAME(next)(V v, V following) { return __builtin_shuffle(v, following, (Bits4){1, 2, 3, 4}); }
 INLINE V NAME(previous)(V preceding, V v) { return __builtin_shuffle(preceding, v, (Bits4){3, 4, 5, 6}); }
 #endif
-
-INLINE V NAME(greater)(V v, V limit) { return NAME(pick)(NAME(exceeds)(v, limit), v, limit); }
 
 /* d to the power of the damping. */
 INLINE V NAME(powers)(const March *m, long e, V d)

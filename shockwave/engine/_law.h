@@ -44,9 +44,10 @@ INLINE V NAME(elastic)(const March *m, const int hertz, const int loaded, const 
 /* Force with damping, from the elastic one; `raw` is that before it is cut off. */
 INLINE V NAME(damp)(const March *m, long e, V elastic, V d, V w, V *raw)
 {
-    Mask closed, acts;
     const double q = m->power;
-    const V inside = NAME(inside)(m, d, &closed), viscous = NAME(load)(m->c + e) * NAME(powers)(m, e, inside) * w, zero = NAME(set)(0);
+    const Mask closed = NAME(exceeds)(d, NAME(set)(m->r->min_overlap));
+    const V viscous = NAME(load)(m->c + e) * NAME(powers)(m, e, d) * w, zero = NAME(set)(0);
+    Mask acts;
     /* only the dashpot of a contact that is off does not act: its force would jump within the step */
     if (q > 0) {
         acts = closed;
@@ -68,7 +69,7 @@ INLINE V NAME(stiffness)(const March *m, const int hertz, long e, V d)
     double each[WIDTH];
     V rate;
     int i;
-    if (hertz) rate = NAME(square_root)(inside);
+    if (hertz) rate = NAME(square_root)(d);
     else {
         NAME(store)(each, inside);
         for (i = 0; i < WIDTH; i++) each[i] = power_of(each[i], m->exponents[e + i] - 1);
