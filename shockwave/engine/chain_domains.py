@@ -188,7 +188,7 @@ class _Parts:
         times = times[times <= end]
         shown = job.samples[self.next_sample : self.next_sample + len(times)]
         x, v = self.fly(f, span, times, shown)
-        impulses, sizes = span * f, np.full(self.bodies, math.inf)
+        impulses, sizes, ends = span * f, np.full(self.bodies, math.inf), list[int]()
         for a, b, low, high in self.ranges(live):
             first = max(low - 1, 0)
             part = self.part((first, low, high), (a, b), f, end, times)
@@ -205,8 +205,11 @@ class _Parts:
                 impulses[0] = left
             impulses[part.watched[UNSAMPLED:] + first] = part.impulses[UNSAMPLED:]
             impulses[min(b, chain.contacts) - 1] = right
+            ends += [high] * (b == high < self.bodies)
         x[-1] = v[-1] = 0.0
         job.x[:], job.v[:], self.sizes = x, v, sizes
+        for high in ends:
+            self.raise_scales(high - 1)
         job.impulses[:] += impulses[job.watched]
         progress.time, self.next_sample = end, self.next_sample + len(times)
         if progress.arrival >= 0 and self.until == math.inf:
@@ -248,6 +251,14 @@ class _Parts:
         columns = self.columns(a, b)
         part.samples[:, 3] += job.impulses[UNSAMPLED:][columns]
         shown[:, :, columns] = part.samples
+
+    def raise_scales(self, contact: int) -> None:
+        """Raise the scales of the errors to what is reached at the end of a range, and expected behind it."""
+        job, behind = self.job, slice(contact, contact + 2 * _MARGIN)
+        stretch = job.x[contact] - job.x[contact + 1] + self.chain.gap[contact]
+        shares = job.chain[7:9, behind].copy()
+        shares[:, 0] = abs(job.v[contact] - job.v[contact + 1]), abs(stretch)
+        np.maximum(job.scales[:, behind], np.multiply.accumulate(shares, axis=1), out=job.scales[:, behind])
 
     def columns(self, low: int, high: int) -> slice:
         """Columns of the samples of bodies low to high."""

@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 import shockwave as sw
 from shockwave.base.errors import InvalidValueError, NumericalError, PluginError
 from shockwave.base.numerics import FloatArray
+from shockwave.engine import chain_domains
 from shockwave.engine.chain_assembly import Assembly
 from shockwave.engine.chain_motion import ChainMotion, integrate
 from shockwave.engine.integrator import Step
@@ -189,6 +190,16 @@ LONG: dict[str, dict[str, Any]] = {
         "overlaps": np.append(0.0, np.full(519, 1e-3)),
     },
 }
+
+
+def test_the_front_of_a_wave_along_a_long_linear_chain_passes_the_ends_of_the_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    chain = uniform(530, exponent=1.0, force=None, velocity=1.0)
+    parts = integrate(chain, 1e-6, until=80.0, compiled=compiled)
+    monkeypatch.setattr(chain_domains, "_LEAST_BODIES", 1000)
+    whole = integrate(chain, 1e-6, until=80.0, compiled=compiled)
+    np.testing.assert_allclose(parts.forces, whole.forces, atol=1e-8)
 
 
 @pytest.mark.parametrize("changes", LONG.values(), ids=LONG)
