@@ -36,6 +36,8 @@ _SAMPLING = 0.09
 _LONGEST = 0.05
 _MOST_SAMPLES = 300_000
 _FEWEST_SAMPLES = 20
+# Largest number of signals at a time: denser samples about an instant of one of them are taken of all that need such.
+_MOST_SIGNALS = 200
 # Time after which a first pulse has usually passed, over that of the greatest force, or of the wave at the end.
 _PASSED = 1.25
 # Fraction of the greatest sample so far below which a pulse has ended.
@@ -68,7 +70,7 @@ def first_pulses(result: Simulation, contacts: Sequence[int] | None) -> tuple[tu
 def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tuple[FirstPulse, ...]:
     """First pulses of sensors in a chain, in blocks that limit the memory."""
     signals, pulses = [Signal.of(sensor, case) for sensor in sensors], list[FirstPulse]()
-    most = int(MOST_NUMBERS / (len(Samples._fields) * min(end / _LONGEST, _MOST_SAMPLES))) + 1
+    most = min(int(MOST_NUMBERS / (len(Samples._fields) * min(end / _LONGEST, _MOST_SAMPLES))) + 1, _MOST_SIGNALS)
     for first in range(0, len(signals), most):
         pulses += _accurate_pulses(case, signals[first : first + most], end)
     latest: dict[str, FirstPulse] = {}

@@ -28,6 +28,8 @@ AFTER = 5.0
 _LEAST_TIME = 0.01
 #: Largest number of values in the histories, to limit the memory.
 MOST_NUMBERS = 20_000_000
+# Values in a sample for each sensor, of up to two contacts or bodies.
+_VALUES = 10
 
 
 @frozen(eq=False)
@@ -176,10 +178,13 @@ def sample_times(
     """
     interval = (options.interval or (unit or scales.time) / _SAMPLES) / scales.time
     count = int(until / interval * (1 + 1e-12)) + 1
-    contacts = len(options.contacts) or min(granules, MOST_REPORTED)
-    if count * (contacts + 2 * granules) > MOST_NUMBERS:
-        most = MOST_NUMBERS // (contacts + 2 * granules)
-        got = f"got {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
+    values: float = _VALUES * len(options.sensors)
+    if options.record:
+        values += (len(options.contacts) or min(granules, MOST_REPORTED)) + 2 * granules
+    if count * values > MOST_NUMBERS:
+        most = int(MOST_NUMBERS / values)
+        word = "got" if options.interval else "by default"
+        got = f"{word} {interval * scales.time:g} s for {until * scales.time:g} s; alternatively give an earlier until"
         problem = f"must be longer, because the histories would have {count} samples, more than {most} ({got})"
         raise InvalidValueError.of("interval", problem)
     # the last multiple of the interval can exceed the end by a rounding error

@@ -111,3 +111,14 @@ def test_histories_and_passages_of_a_method_of_fixed_step_agree() -> None:
     # errs by the square of the step, of forces up to 140 N, and over the time to a contact
     assert verlet.recording.forces == pytest.approx(exact.recording.forces, abs=0.05)
     assert verlet.passage(6).arrival_time == pytest.approx(exact.passage(6).arrival_time, rel=2e-4)
+
+
+def test_histories_of_sensors_do_not_count_the_granules_of_a_long_chain() -> None:
+    chain = attrs.evolve(CHAIN, granules=1000, end=sw.Wall())
+    span = {"interval": UNITS.time / 4, "until": 2500 * UNITS.time}
+    recorded = sw.simulate(
+        CASE_A, chain, rtol=1e-3, sensors=[{"contact": 5}, {"granule": 3, "quantity": "velocity"}], **span
+    )
+    assert [history.values.shape for history in recorded.recording.sensors] == [(10001,), (10001,)]
+    with pytest.raises(sw.InvalidValueError, match="histories would have 10001 samples"):
+        sw.simulate(CASE_A, chain, rtol=1e-3, record=["field"], **span)  # type: ignore[arg-type]
