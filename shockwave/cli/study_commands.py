@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import Any
 
 from attrs import evolve
 
 from shockwave.base.errors import InvalidValueError, ScenarioError, UsageError
 from shockwave.base.quantity_fields import join
-from shockwave.base.text import paragraph
 from shockwave.cli.output import (
     PICTURES,
     check_output,
@@ -44,17 +42,14 @@ def design(options: argparse.Namespace) -> int:
             rtol=options.rtol,
             seed=options.seed,
         )
-    print_result(result, options.json)
+    print_result(result, options.json)  # with the reason if there is no solution
     if options.output:
         from shockwave.pictures.studies import ranking_size
 
         ranked = result.is_ranked and result.least is None
         write_result(result, options.output, size=ranking_size(result) if ranked else "column")
     # the ranking of materials or whole numbers is a result if the target lies in their range
-    if not result.why or (result.least is None and result.is_ranked and result.spanned):
-        return 0
-    print("\n".join(paragraph("", f"{name_of(scenario)}: {result.why}", 2)), file=sys.stderr)
-    return 1
+    return 0 if not result.why or (result.least is None and result.is_ranked and result.spanned) else 1
 
 
 def _parse_parameters(options: argparse.Namespace) -> dict[str, Any]:
