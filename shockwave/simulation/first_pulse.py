@@ -38,6 +38,8 @@ class FirstPulse:
         Largest of the relative errors of these figures, estimated.
     kind : str
         What is measured, the same at each place along the chain; empty at an end that reflects the wave.
+    worst : str
+        Name of the figure with this error.
     """
 
     sensor: str
@@ -53,6 +55,7 @@ class FirstPulse:
     speed: float | None = None
     error_estimate: float | None = None
     kind: str = field(default="", repr=False)
+    worst: str = field(default="", repr=False)
 
     @property
     def units(self) -> dict[str, str]:

@@ -62,9 +62,10 @@ def first_pulses(result: Simulation, contacts: Sequence[int] | None) -> tuple[tu
     except NumericalError as error:
         return (), [f"No first pulses: {error}."]
     rtol = math.inf if result.rtol is None else result.rtol
-    missed = [(each.sensor, each.error_estimate) for each in pulses if (each.error_estimate or 0.0) > rtol]
-    sentence = "The tolerance was not met: the relative error of the first pulse at {} is {:.1e}, not {:.1e}."
-    return pulses, [sentence.format(*each, rtol) for each in missed]
+    missed = [(each, f"{each.error_estimate:.1e}") for each in pulses if (each.error_estimate or 0.0) > rtol]
+    sentence = "The tolerance was not met: the relative error of the first pulse at {} is {} ({}), not {}."
+    shown = f"{rtol:.1e}"
+    return pulses, [sentence.format(each.sensor, error, each.worst, shown) for each, error in missed if error != shown]
 
 
 def _with_speeds(case: ChainSetup, end: float, sensors: Sequence[Sensor]) -> tuple[FirstPulse, ...]:
@@ -95,7 +96,9 @@ def _accurate_pulses(case: ChainSetup, signals: list[Signal], end: float) -> lis
         for i, pulse in zip(missed, repeated, strict=True):
             before, after = pulses[i].error_estimate or 1.0, pulse.error_estimate or 1.0
             if after < before:  # limited, because two runs can agree by chance
-                pulses[i] = evolve(pulse, error_estimate=max(after, _LEAST_RATIO * before))
+                least = _LEAST_RATIO * before, pulses[i].worst
+                error, worst = max((after, pulse.worst), least)
+                pulses[i] = evolve(pulse, error_estimate=error, worst=worst)
     return pulses
 
 
@@ -124,7 +127,9 @@ def _pulses_of(
     changes[:, :2] *= TIME_SHARE / unit
     changes[:, 2:] /= np.where(figures[:, 2:], np.abs(figures[:, 2:]), 1.0)
     changes[np.isnan(figures) & np.isnan(check)] = 0.0
-    errors = np.minimum(share * np.nan_to_num(changes, nan=1.0).max(axis=1) + least_error, 1.0)
+    changes = np.nan_to_num(changes, nan=1.0)
+    worst = changes.argmax(axis=1)
+    errors = np.minimum(share * changes.max(axis=1) + least_error, 1.0)
     for index, signal in enumerate(signals):
         values = [None if math.isnan(value) else value for value in figures[index].tolist()]
         pulse = FirstPulse(
@@ -134,6 +139,7 @@ def _pulses_of(
             greatest=float(greatest[index]) + signal.static,
             error_estimate=None if math.isnan(figures[index, 0]) else float(errors[index]),
             kind=signal.kind,
+            worst=_FIGURES[worst[index]],
             **dict(zip(_FIGURES, values, strict=True)),
         )
         yield evolve(pulse, merged=None if pulse.merged is None else pulse.merged > 0)

@@ -191,6 +191,39 @@ def test_a_pulse_that_begins_with_a_jump_arrives_at_once() -> None:
     assert math.isfinite(pulse.impulse)
 
 
+@pytest.mark.parametrize(
+    ("error", "reported"),
+    [(1.004e-6, []), (2.5e-2, ["the relative error of the first pulse at contact_4 is 2.5e-02 (time), not 1.0e-06."])],
+    ids=["equal as printed", "missed"],
+)
+def test_a_missed_tolerance_is_reported_with_its_figure(
+    monkeypatch: pytest.MonkeyPatch, error: float, reported: list[str]
+) -> None:
+    pulse = evolve(NEAR, error_estimate=error, worst="time")
+    monkeypatch.setattr("shockwave.simulation.first_pulse_search._with_speeds", lambda *_: (pulse,))
+    result = sw.simulate(STRIKER, BEADS, rtol=1e-6, sensors=[{"contact": 4}])
+    assert [each for each in result.warnings if "first pulse" in each] == [
+        f"The tolerance was not met: {sentence}" for sentence in reported
+    ]
+
+
+@pytest.mark.parametrize(
+    ("repeated", "worst", "error"), [(4e-3, "width", 4e-3), (1e-7, "time", 1e-3)], ids=["confirmed", "by chance"]
+)
+def test_the_worst_figure_has_the_error_that_counts(
+    monkeypatch: pytest.MonkeyPatch, repeated: float, worst: str, error: float
+) -> None:
+    estimates = iter([(1e-2, "time"), (repeated, "width"), (1.0, "peak")])
+
+    def pulses(*_: Any) -> list[FirstPulse]:
+        estimate, figure = next(estimates)
+        return [evolve(NEAR, error_estimate=estimate, worst=figure)]
+
+    monkeypatch.setattr("shockwave.simulation.first_pulse_search._pulses_of", pulses)
+    (pulse,) = sw.simulate(STRIKER, BEADS, rtol=1e-6, sensors=[{"contact": 4}]).sensors
+    assert (pulse.worst, pulse.error_estimate) == (worst, pytest.approx(error))
+
+
 def test_text_and_tables_show_the_first_pulses() -> None:
     result = sw.simulate(
         STRIKER, BEADS, sensors=[{"granule": 4}, {"granule": 9}, {"granule": 2, "quantity": "velocity"}]
