@@ -273,7 +273,9 @@ def sensor_figures(sensors: Sequence[Any]) -> tuple[Quantity, ...]:
         for figure, (unit, meaning) in _FIGURES.items():
             if figure not in left_out:
                 name, column = f"sensors[{index}].{figure}", f"{sensor.name}_{figure}"
-                figures.append(Quantity(name, unit or sensor.unit, meaning, column))
+                shown = "greatest value" if figure == "greatest" else f"first-pulse {figure}"
+                label = f"{sensor.name.replace('_', ' ')} {shown}"
+                figures.append(Quantity(name, unit or sensor.unit, meaning, column, label))
     return tuple(figures)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from attrs import evolve
+
 from shockwave.base.text import facts, limits, paragraph, percent, si, strong, table
 from shockwave.scene.force_limit import verdict_facts
 from shockwave.scene.yielding import UNJUDGED
@@ -29,7 +31,7 @@ _LEAST_SHARE = 1e-5
 
 def text_of_uncertainty(result: Uncertainty) -> str:
     """The distributions in short, warnings, the table of variances, the table of statistics, and the cost."""
-    leads = []
+    leads, result = [], evolve(result, quantities=tuple(map(_in_prefixed_unit, result.quantities)))
     for each in result.quantities[:_LEADING]:
         mean, low, high = (_text(part, each) for part in (each.mean, each.quantiles[0.05], each.quantiles[0.95]))
         unit = _unit(each)
@@ -92,9 +94,23 @@ def _column(each: QuantityStatistics) -> dict[str, str]:
     return moments | quantiles
 
 
+def _in_prefixed_unit(each: QuantityStatistics) -> QuantityStatistics:
+    """The statistics in the unit with the SI prefix that the nominal value has."""
+    number, _, unit = si(each.nominal, each.unit.replace("*", " "), 15).partition(" ")
+    if not each.nominal or not unit:
+        return each
+    factor = 10.0 ** round(math.log10(float(number) / each.nominal))
+    mean, sd, *quantiles = (
+        Estimate(factor * estimate.value, factor * estimate.error)
+        for estimate in (each.mean, each.sd, *each.quantiles.values())
+    )
+    shares = dict(zip(each.quantiles, quantiles, strict=True))
+    return evolve(each, nominal=factor * each.nominal, unit=unit, mean=mean, sd=sd, quantiles=shares)
+
+
 def _unit(each: QuantityStatistics) -> str:
     """The unit after a number."""
-    return each.unit and f" {each.unit.replace('*', ' ')}"
+    return each.unit and f" {each.unit}"
 
 
 def _text(estimate: Estimate, each: QuantityStatistics) -> str:

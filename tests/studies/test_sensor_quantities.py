@@ -9,7 +9,11 @@ import pytest
 from matplotlib import pyplot
 
 import shockwave as sw
+from shockwave.base.quantities import sensor_figures
+from shockwave.base.text import render_on_screen
 from shockwave.cli import main
+from shockwave.scene.sensors import Sensor
+from shockwave.studies.quantities import targets_of
 from shockwave.sweep.sweep_picture import plot
 from support.scenario_texts import load
 
@@ -95,7 +99,17 @@ def test_an_uncertainty_has_the_figures_of_sensors_and_named_ratios(tmp_path: Pa
     assert peak.exponent == pytest.approx(1.2, abs=0.01)  # F scales as v^(6/5)
     assert by_name[RATIO].nominal < 1
     assert result.quantities[0].name == RATIO
-    assert str(result).startswith("contact 7 peak / contact 3 peak: mean")
+    assert str(result).startswith("contact 7 first-pulse peak / contact 3 first-pulse peak: mean")
+    # like other texts, in units with prefixes
+    shown = render_on_screen(result, wide=True)
+    assert "  contact 7 first-pulse arrival, us  contact 7 first-pulse width, us  " in shown
+    assert f"  {1e6 * by_name['sensors[1].arrival'].nominal:.1f}" in shown
+
+
+def test_figures_of_a_sensor_on_a_wall_are_not_named_as_those_of_the_run() -> None:
+    labels = [each.label for each in targets_of(sensor_figures([Sensor("wall")])).values()]
+    assert {"wall impulse", "wall first-pulse impulse", "wall greatest value"} <= set(labels)
+    assert len(labels) == len(set(labels))
 
 
 def test_a_sweep_has_columns_of_sensors_and_of_named_quantities(tmp_path: Path) -> None:
