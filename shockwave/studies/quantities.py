@@ -32,6 +32,8 @@ LIMITED = {WAVE: _OF_LIMIT[0].name, SPRING: table.STRUCTURE[2].name}
 LIMITED |= dict.fromkeys((WALL, BAR), table.WALL[0].name)
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
+# Reason in the error for a speed from one sensor to the next; see `FirstPulse.speed_from`.
+_NO_SPEED = ", as where one of the two first pulses is missing or merged with another"
 # No property of the leading wave grows faster than the square of its peak force.
 _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]
@@ -119,7 +121,8 @@ def figures_of_scene(
             name for name, each in targets_of(()).items() if each not in table.GRANULES and figures_of(each, result)
         )
         rule = "must be a quantity that the simulation of every scene has"
-        got = f"got {quantity.name}, which is null where {place}; known: {names}"
+        why = _NO_SPEED if ".speed" in quantity.name else ""
+        got = f"got {quantity.name}, which is null where {place}{why}; known: {names}"
         raise InvalidValueError.of(kind, f"{rule} ({got})")
     return figures
 
