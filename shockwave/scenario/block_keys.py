@@ -207,6 +207,8 @@ def hint_instead_of(name: str) -> str:
     """Advice on a name that is no key but is often taken for one; else empty."""
     if name.endswith((".contact.model", ".damping.model")):
         return "the model of a block cannot be varied; run a scenario with each"
+    if name.startswith(("motion.times", "motion.values", "motion.scale")):
+        return "samples in the scenario cannot be varied; state a file of them, and vary motion.scale"
     return _INSTEAD.get(name, "")
 
 

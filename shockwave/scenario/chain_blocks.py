@@ -229,7 +229,10 @@ def keys_below(data: Mapping[str, Any]) -> Iterator[tuple[str, Key]]:
             yield from _keys_of_block("chain.end.bar", BAR, _mapping(chain["end"]["bar"]))
     for block in LAWS:
         yield from _keys_of_law("chain", block, chain)
-    for block, keys in (("impact", IMPACT), ("motion", MOTION[:2])):
+    motion_block, motion_keys = _mapping(data.get("motion")), MOTION[:2]
+    if "file" in motion_block or "times" in motion_block:
+        motion_keys = tuple(key for key in _RECORD if key.spec is not None and "file" in motion_block)
+    for block, keys in (("impact", IMPACT), ("motion", motion_keys)):
         if block in data:
             yield from _keys_of_block(block, keys, _mapping(data[block]))
 

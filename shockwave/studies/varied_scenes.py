@@ -29,7 +29,8 @@ _LONGEST = 1000.0
 VARIED = ("chain.", "shock.", "impact.", "motion.")
 # Beginnings of those that only a scenario file gives a value.
 _OF_FILES = ("chain.granules[", "chain.end.", "chain.damping.", "chain.contact.")
-_OF_SHOCK = "shock.parameters."
+# Blocks with the keys of a record file.
+_OF_RECORDS = ("shock.parameters", "motion")
 # Names of values -> attributes; a diameter is stored as a radius.
 _ATTRIBUTES = {"diameter": "radius", "wall": "material", "from": "first", "to": "last"}
 
@@ -141,9 +142,13 @@ def value_of(scenario: Scenario, name: str) -> float:
         value = value[attribute] if isinstance(attribute, int) else getattr(value, attribute, None)
         if value is None:  # a segment or a striker without a size or a material of its own
             value = getattr(scenario.chain, str(attribute), None)
-    if value is None and name.startswith(_OF_SHOCK) and scenario.document is not None:
-        # the parameters of a record file, which its profile does not have
-        number = (data_of(scenario)["shock"].get("parameters") or {}).get(name.removeprefix(_OF_SHOCK))
+    block, _, key = name.rpartition(".")
+    if value is None and block in _OF_RECORDS and scenario.document is not None:
+        # the keys of a record file, which its profile or motion does not have
+        content: Any = data_of(scenario)
+        for step in block.split("."):
+            content = content.get(step) or {}
+        number = content.get(key)
         value = None if number is None else find_parameter(name, scenario).convert(number)
     if value is None:
         problem = "must have a value in the scenario (got none; state it there)"

@@ -87,3 +87,27 @@ def test_the_velocity_of_a_prescribed_motion_can_be_uncertain(tmp_path: Path) ->
     )
     speeds, forces = result.values["motion.velocity"], result.outputs[GREATEST]
     assert np.all(np.diff(forces[np.argsort(speeds)]) > 0)
+
+
+def test_the_scale_of_a_recorded_motion_can_vary(tmp_path: Path) -> None:
+    (tmp_path / "base.csv").write_text("time [us],velocity [m/s]\n0,0\n20,0.3\n60,0.3\n100,0\n")
+    text = STRIKER.partition("impact")[0].replace("granules: 1", "granules: 4, end: {wall: same}")
+    text += "motion: {file: base.csv, quantity: velocity, scale: 2}\nuncertainty: {motion.scale: 2 %}\n"
+    result = sw.uncertainty(scene(tmp_path / "motion.yaml", text))
+    assert result.parameters[0].value == 2
+    (effect,) = result.quantities[0].sensitivities
+    assert effect.exponent is not None
+    assert effect.exponent > 1
+    target = f"{WALL_FORCE} = 100 N"
+    (solution,) = sw.design(tmp_path / "motion.yaml", vary="motion.scale", between=(0.5, 1.5), target=target).solutions
+    changed = scene(tmp_path / "changed.yaml", text.replace("scale: 2}", f"scale: {solution.value}}}"))
+    assert sw.simulate(changed).transmitted.peak_force == pytest.approx(100, rel=1e-4)
+
+
+@pytest.mark.parametrize("key", ["values[1]", "scale"])
+def test_samples_of_a_motion_in_the_scenario_do_not_vary(tmp_path: Path, key: str) -> None:
+    text = STRIKER.partition("impact")[0].replace("granules: 1", "granules: 4")
+    text += "motion: {quantity: velocity, times: [0, 1e-5, 2e-5], values: [0, 1, 0]}\n"
+    with pytest.raises(sw.InvalidValueError, match=r"state a file of them, and vary motion\.scale") as error:
+        sw.design(scene(tmp_path / "motion.yaml", text), vary=f"motion.{key}", between=(1, 2), target="peak_force = 1")
+    assert "motion.velocity" not in str(error.value)
