@@ -289,7 +289,7 @@ def limits(warnings: Iterable[str]) -> list[str]:
 
 
 def error_text(error: float | None) -> str:
-    """A relative error, to a tenth of a per cent, or the factor if it is above ten; a dash for None."""
+    """A relative error, to a tenth of a per cent, or as a factor from ten times on; a dash for None."""
     if error is None:
         return "-"
     if error >= 10:

@@ -94,7 +94,7 @@ class Change(argparse.Action):
             raise argparse.ArgumentError(self, f"must be PATH=VALUE (got {text_of(text)}; `{text}=` deletes it)")
         for earlier, other, given in options.changes:
             if other == path and given:
-                raise argparse.ArgumentError(self, f"must give {path} once (got {given!r} from {earlier} before)")
+                raise argparse.ArgumentError(self, f"must give {path} only once (got {given!r} from {earlier} before)")
         deleted = ((option, other, "") for other in self.without)
         options.changes = (*deleted, *options.changes, (option, path, value))
 

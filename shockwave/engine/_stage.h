@@ -300,7 +300,7 @@ TARGET static void NAME(raise_scales)(March *m, long high)
     for (e = 0; e < m->padded; e += WIDTH) {
         V w = NAME(load)(m->scale_w + e), u = NAME(load)(m->scale_u + e);
         if (e < high) {
-            /* the change of the overlap, not the difference of overlaps: ahead of the wave that is below their rounding errors */
+            /* the accumulated change, not the difference of two overlaps: ahead of the wave it is below their rounding errors */
             const V reached = NAME(pick)(NAME(exceeds)(NAME(load)(m->finish.d + e), zero), NAME(magnitude)(NAME(load)(m->finish.u + e)), NAME(load)(m->base + e));
             w = NAME(greater)(w, NAME(magnitude)(NAME(load)(m->finish.w + e)));
             u = NAME(greater)(u, reached);

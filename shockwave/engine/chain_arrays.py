@@ -290,7 +290,7 @@ class Job:
 
 
 class Samples(NamedTuple):
-    """Samples of some bodies, and of the contacts behind them, at requested times.
+    """Samples of some bodies, and of the contact after each, at requested times.
 
     Attributes
     ----------

@@ -256,7 +256,7 @@ class Assembly:
 
 
 def approaches(x: FloatArray) -> FloatArray:
-    """Displacement of each body less that of the next one; behind the last one nothing moves."""
+    """Displacement of each body minus that of the next; what follows the last body is at rest."""
     changes = x.copy()
     changes[:-1] -= x[1:]
     return changes

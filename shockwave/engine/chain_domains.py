@@ -253,7 +253,7 @@ class _Parts:
         shown[:, :, columns] = part.samples
 
     def raise_scales(self, contact: int) -> None:
-        """Raise the scales of the errors to what is reached at the end of a range, and expected behind it."""
+        """Raise the scales of the errors to what is reached at the end of a range, and expected beyond it."""
         job, behind = self.job, slice(contact, contact + 2 * _MARGIN)
         stretch = job.x[contact] - job.x[contact + 1] + self.chain.gap[contact]
         shares = job.chain[7:9, behind].copy()

@@ -52,7 +52,7 @@ def unusual(excitation: Any, chain: Any) -> list[Fault]:
 
         faults += range_warnings(chain, excitation)
     if chain.elastic_only and _lacks_strength(chain, excitation):
-        problem = "refuses every result: a yield strength is not known. State yield_strength of each material."
+        problem = "refuses every result, because a yield strength is not known. State yield_strength of each material."
         faults.append(Fault("chain.elastic_only", problem))
     return faults
 

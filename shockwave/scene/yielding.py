@@ -126,9 +126,9 @@ def law_facts(chain: Chain) -> list[tuple[str, str]]:
     """Label and text of the error of the elastic-plastic law."""
     if (errors := law_error(chain)) is None:
         return []
-    rate = ", with rate" if errors == _LAW_ERRORS[True] else ""
+    rate = ", with rate dependence" if errors == _LAW_ERRORS[True] else ""
     span = f"{100 * errors[0]:+.3g} to {100 * errors[1]:+.3g} %"
-    return [("law error", f"{span} relative to finite elements of steel beads{rate}")]
+    return [("law error", f"{span} relative to finite-element results for steel beads{rate}")]
 
 
 def law_notes(chain: Chain) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ _SAMPLING = 0.09
 _LONGEST = 0.05
 _MOST_SAMPLES = 300_000
 _FEWEST_SAMPLES = 20
-# Largest number of signals at a time: denser samples about an instant of one of them are taken of all that need such.
+# Largest number of signals refined together: denser samples about an instant of one signal are taken of all of these.
 _MOST_SIGNALS = 200
 # Time after which a first pulse has usually passed, over that of the greatest force, or of the wave at the end.
 _PASSED = 1.25

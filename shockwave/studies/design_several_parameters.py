@@ -26,7 +26,7 @@ _SEARCH_RTOL = 1e-5
 _MARGIN = 1e-4
 # Scenes of the first sample for one number; twice as many for two, four times for three or four, as Sobol points need.
 _SAMPLE = 256
-# Points of the population for each number, and most generations of each round.
+# Size of the population for each parameter, and largest number of generations in each round.
 _POPULATION = 10
 _GENERATIONS = 40
 # Spread of the population at which a round ends.

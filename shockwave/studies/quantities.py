@@ -33,7 +33,7 @@ LIMITED |= dict.fromkeys((WALL, BAR), table.WALL[0].name)
 # Hint in the error for the mass of an endless chain.
 _OR_LEAST = "; or state another quantity to minimise, --least of the command or least in Python"
 # Reason in the error for a speed from one sensor to the next; see `FirstPulse.speed_from`.
-_NO_SPEED = ", as where one of the two first pulses is missing or merged with another"
+_NO_SPEED = ": one of the two first pulses is missing or merged with another"
 # No property of the leading wave grows faster than the square of its peak force.
 _LARGEST_POWER = 2.0
 Sign = Literal["<=", ">=", "="]

@@ -61,7 +61,7 @@ class Journal:
     def _connect(self) -> Iterator[sqlite3.Connection]:
         """Connect to the database for one transaction; raises `FileAccessError` if it cannot be used."""
         if self._mode == "rw":
-            open_regular(self.path).close()  # a pipe would be waited for
+            open_regular(self.path).close()  # opening a pipe would block
         try:
             name = f"{self.path.absolute().as_uri()}?mode={self._mode}"
             with closing(sqlite3.connect(name, _TIMEOUT, uri=True)) as database, database:
@@ -69,7 +69,7 @@ class Journal:
                 database.execute(f"CREATE TABLE IF NOT EXISTS {_TABLE}")
                 # no views or triggers of a folder from another source, which could run without end
                 if database.execute("SELECT sql FROM sqlite_master").fetchall() != [(f"CREATE TABLE {_TABLE}",)]:
-                    raise sqlite3.DatabaseError("it must have the table of points alone")
+                    raise sqlite3.DatabaseError("it must contain the table of points alone")
                 yield database
         except sqlite3.Error as error:
             raise FileAccessError(f"{self.path}: cannot be read or written as a journal ({error})") from error

@@ -286,7 +286,7 @@ WRONG = {
     "default-twice": (["design", SCENE, "--points", "9", "--points", "7"], "--points: must be given once (got it "),
     "limit-twice": (
         ["predict", SCENE, "--limit", "60 N", "--limit=5 N"],
-        "--limit: must give limit.force once (got '60 N'",
+        "--limit: must give limit.force only once (got '60 N'",
     ),
     "set-twice": (
         ["predict", SCENE, "--rtol=1e-4", "--set", "simulate.rtol=1e-5"],
