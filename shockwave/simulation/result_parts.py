@@ -78,7 +78,8 @@ class ContactPeak:
     static_force : float
         Force at the contact before the shock arrives [N].
     residual_overlap : float
-        Overlap at which the force vanishes at the end of the simulated time [m]; zero unless the contact has flowed.
+        Overlap at which the force of an elastic-plastic contact vanishes at the end of the simulated time [m]; zero if
+        it has not flowed, and for contacts with other laws, those of plugins included.
     """
 
     contact: int
