@@ -23,7 +23,7 @@ from shockwave.scene.simulate_options import SimulateOptions
 from shockwave.scene.yielding import beyond_elastic, law_error
 from shockwave.simulation.chain_histories import chain_options, count_reached
 from shockwave.simulation.contact_setup import ChainSetup
-from shockwave.simulation.contact_validity import first_yield, warn_overlaps, warn_unjudged
+from shockwave.simulation.contact_validity import first_yield, warn_created_energy, warn_overlaps, warn_unjudged
 from shockwave.simulation.convergence_runs import NEGLIGIBLE, Runs, runs_of, warn_missed
 from shockwave.simulation.later_forces import (
     Flags,
@@ -130,6 +130,7 @@ def simulate_chain(
         run_warnings=(
             *(end.warnings() if end else ()),
             *warn_missed(runs),
+            *warn_created_energy(case, motion),
             *warn_overlaps(case, motion),
             *_warn_unfinished(case, motion, velocities, apart),
             *_later_warning(case, motion, later),

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockwave.base.text import round_digits
+from shockwave.base.text import round_digits, si
 from shockwave.engine.chain_motion import ChainMotion
 from shockwave.scene.yielding import OTHER_LAWS, UNJUDGED, Yielding, first_yield_force
 from shockwave.simulation.contact_setup import ChainSetup
 
 # Overlap, over the reduced radius of the contact, beyond which Hertz's law is doubtful.
 _LARGE_OVERLAP = 0.1
+# Error of the energy that a contact has lost, over rtol and the energy that it received: measured up to 1, and more for
+# laws that are far softer than Hertz's, by which this energy is estimated.
+_ENERGY_ERROR = 10.0
 
 
 def warn_unjudged(case: ChainSetup, yielding: Yielding | None) -> Iterator[str]:
@@ -45,6 +48,23 @@ def first_yield(case: ChainSetup, motion: ChainMotion) -> Yielding | None:
         place="" if alike or not elastic.any() else layout.describe_contact(int(at[elastic.argmax()])),
         yielded_contacts=None if case.scene.chain.count is None else int((ratios > 1).sum()),
     )
+
+
+def warn_created_energy(case: ChainSetup, motion: ChainMotion) -> Iterator[str]:
+    """Warning of contacts with the law of a plugin that have returned more energy than they received."""
+    if case.layout.law is None:
+        return
+    layout, scales = case.layout, case.scales
+    gains = np.where(layout.law_contacts, -motion.losses[: len(motion.forces)], 0.0) * scales.energy
+    # a slow shock pushes a contact together and takes the energy back: its net work can be small
+    forces = motion.forces * scales.force
+    passed = forces * (forces / layout.pairs.stiffnesses) ** (2 / 3)
+    passed += (motion.work + motion.initial_energy) * scales.energy
+    excess = gains - _ENERGY_ERROR * case.rtol * passed - abs(motion.energy_balance) * scales.energy
+    worst = int(np.argmax(excess))
+    if excess[worst] > 0:
+        law, energy = type(layout.law).__name__, si(gains[worst], "J", 3)
+        yield f"The contact law {law} creates energy: contact {worst} has returned {energy} more than it received."
 
 
 def warn_overlaps(case: ChainSetup, motion: ChainMotion) -> Iterator[str]:

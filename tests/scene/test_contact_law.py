@@ -59,10 +59,33 @@ class Greatest(Hertz):
         return np.maximum(state, (overlap, closing_velocity))
 
 
+@attrs.frozen
+class Coated(Hertz):
+    """Hertz's force, of which a tenth acts up to an overlap of 1 um: it has a kink there."""
+
+    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        raised = overlap.clip(0) ** 1.5
+        return pairs.stiffnesses * (0.1 * np.minimum(raised, 1e-9) + (raised - 1e-9).clip(0))
+
+
+@attrs.frozen
+class Creating(Hertz):
+    """Hertz's force in loading, and a tenth more in unloading."""
+
+    states = 1
+
+    def force(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        greatest = np.maximum(overlap, state[0]).clip(1e-300)
+        return Hertz.force(self, overlap, closing_velocity, state, pairs) * (1.1 - 0.1 * overlap / greatest)
+
+    def update(self, overlap: Any, closing_velocity: Any, state: Any, pairs: Pairs) -> Any:
+        return np.maximum(state, overlap)
+
+
 def of_the_docs() -> sw.ContactLaw:
     """The example of the page on plugins."""
     names: dict[str, Any] = {"__name__": __name__}
-    (block,) = (each for each in blocks_of(DOCS / "plugins.md") if "sw.ContactLaw" in each.text)
+    (block,) = (each for each in blocks_of(DOCS / "plugins.md") if "class Viscous(sw.ContactLaw)" in each.text)
     execute(block, names)
     law: sw.ContactLaw = names["Viscous"](time=VISCOUS_TIME)
     return law
@@ -122,6 +145,34 @@ def test_hertz_as_a_plugin_is_the_built_in_law(law: sw.ContactLaw, granules: int
     # both are a hundred times as accurate as rtol, until late collisions amplify the errors
     plugin = forces(chain(granules, "fixed", contact=law), **options)
     assert plugin == pytest.approx(built_in, rel=2e-9, abs=1e-9 * FORCE)
+
+
+@pytest.mark.parametrize("granules", [1, 5])
+def test_a_law_that_creates_energy_is_reported(granules: int) -> None:
+    result: Any = sw.simulate(EXCITATIONS["striker"], chain(granules, "free", contact=Creating()), rtol=1e-4)
+    (warning,) = (each for each in result.warnings if "creates energy" in each)
+    assert warning.startswith("The contact law Creating creates energy: contact 0 has returned")
+    assert result.dissipated.energy < 0
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-6])
+@pytest.mark.parametrize("excitation", EXCITATIONS)
+def test_an_elastic_law_is_not_reported(excitation: str, rtol: float) -> None:
+    result: Any = sw.simulate(EXCITATIONS[excitation], chain(5, "movable", contact=Hertz()), rtol=rtol)
+    assert not any("creates energy" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize(
+    ("profile", "rise_time"),
+    [(sw.HalfSine(), 1e-4), (sw.Triangular(duration_ratio=2), 1e-3)],
+    ids=["half-sine", "slow"],
+)
+def test_an_elastic_law_that_returns_the_work_of_a_slow_shock_is_not_reported(profile: Any, rise_time: float) -> None:
+    steel = sw.Material(youngs_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    bead = sw.Chain(material=steel, radius=5e-3, granules=1, end=sw.Wall(), contact=Coated())
+    slow = sw.Shock(profile=profile, peak_force=100.0, rise_time=rise_time)
+    result: Any = sw.simulate(slow, bead, rtol=1e-6)
+    assert not any("creates energy" in warning for warning in result.warnings)
 
 
 def test_greatest_force_of_a_viscous_plugin_is_before_the_greatest_overlap() -> None:
