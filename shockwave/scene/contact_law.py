@@ -83,6 +83,8 @@ class ContactLaw(Explained, ABC):
     5. ``update(overlap, closing_velocity, state, pairs)`` returns the state after an accepted step, from the overlaps
        and velocities at its end, as a new array. By default it returns ``state``. An update that changes the force
        at this overlap and velocity adds or removes energy.
+    6. A contact creates no energy: from its closing to its opening, it never returns more work than it has received.
+       Unloading must not lie above loading, and terms with the velocity must only dissipate energy.
 
     A law includes its own velocity-dependent forces. It cannot be combined with ``damping``, ``precompression`` or
     ``gravity``. `shockwave.testing.ContactLawContract` tests a law against these rules.

@@ -34,6 +34,12 @@ _LINES = {
     "overlap": (np.arange(-20, 300) / 100, _VELOCITIES[::2], 0.01, 0.0),
     "closing velocity": (_OVERLAPS[::3], np.arange(-50, 50) / 50, 0.0, 0.02),
 }
+# Greatest overlaps over that of Hertz's law, and velocities over the greatest one, of contacts that close and open
+# again; their turning points over the greatest overlap, in turn; and points of each way between two of them.
+_SIZES = np.geomspace(1e-3, 3.0, 50)
+_SPEEDS = np.array([0.0, 0.1, 1.0])
+_CYCLES = (0, 1, 0), (0, 1, 0), (0, 0.5, 0), (0, 1, 0.5, 1, 0.5, 1, 0)
+_POINTS = 200
 # Halvings of an interval, after which a continuous force changes by less than this share of the greatest force.
 _HALVINGS = 100
 _JUMP = 1e-5
@@ -44,8 +50,12 @@ _UPDATED = 1e-9
 # Relative tolerances of the simulations, and the end of the simulated time in durations of a collision.
 _TOLERANCES = (1e-6, 1e-8)
 _UNTIL = 3.0
+# Change of a greatest force over the sum of its estimated errors, which are no strict bounds; and time over the end of
+# the simulated time beyond which a force is still rising.
+_SLACK = 3.0
+_RISING = 0.999
 # Errors of the balances of momentum and energy, over what the excitation applies: rounding of the sums over some
-# thousand steps; and ten times the larger tolerance.
+# thousand steps; and ten times the larger tolerance, also the error of the work along a curve with kinks.
 _MOMENTUM = 1e-12
 _ENERGY = 1e-5
 _REGISTER = "return an Entry with its address from shockwave_contacts in your hooks, and install the distribution"
@@ -159,6 +169,17 @@ class ContactLawContract(Contract):
         remedy = "let the new state give the same force here, or energy is added or removed"
         sample.check(changes <= _UPDATED * forces.max(), changes, f"update changes the force by {{}} {{}}: {remedy}")
 
+    def test_clause_6_no_energy_is_created(self, law: ContactLaw) -> None:
+        _, chain, _ = scene_of(self.chain, law, self.velocity, "5-fixed-striker")
+        contacts = Sample.of(chain, self.velocity, _SIZES, _SPEEDS, path=())
+        for turns in _CYCLES:
+            after, received, loading = contacts.work(turns, _POINTS)
+            gained = -100 * received / np.maximum(loading, 1e-300)
+            message = "a contact that closes up to this overlap and opens again returns {} more energy than it got"
+            remedy = "unload below the curve of loading, and terms with the velocity must only dissipate energy"
+            contacts.check(gained <= 100 * _ENERGY, gained, f"{message}, {{}}: {remedy}", unit="%")
+            contacts = after
+
     def test_fields_are_parameters_with_unit_and_meaning(self, law: ContactLaw) -> None:
         check_parameters(law)
         for field in _fields(law):
@@ -193,25 +214,23 @@ class ContactLawContract(Contract):
     @pytest.mark.parametrize("name", SCENES)
     def test_it_is_simulated(self, law: ContactLaw, name: str) -> None:
         excitation, chain, duration = scene_of(self.chain, law, self.velocity, name)
-        options: dict[str, Any] = {"until": _UNTIL * duration, "record": ("energies",)}
-        results = [simulate(excitation, chain, rtol=rtol, **options) for rtol in _TOLERANCES]
+        until = _UNTIL * duration
+        results = [simulate(excitation, chain, rtol=rtol, until=until) for rtol in _TOLERANCES]
         for result in results:
             defect = result.momentum_defect
             assert defect <= _MOMENTUM, f"the momentum is violated by {defect:.1e} of what is applied"
-            applied, recording = result.applied_energy, result.recording
-            later = recording.times > getattr(excitation, "duration", 0.0)
-            gained = max(recording.kinetic_energy[later].max() - applied, -result.dissipated.damping) / applied
-            message = f"clause 5: the contacts add {gained:.1e} of the applied energy"
-            assert gained <= _ENERGY, (
-                f"{message}: unload below the curve of loading, and velocity-dependent terms must only dissipate energy"
-            )
             assert result.energy_defect <= _ENERGY, f"the energy balance is violated by {result.energy_defect:.1e}"
         for loose, tight in zip(*(result.contacts for result in results), strict=True):
-            allowed = max(_TOLERANCES[0], loose.error_estimate + tight.error_estimate) * tight.peak_force
-            change = abs(loose.peak_force - tight.peak_force)
-            between = f"between rtol {_TOLERANCES[0]:g} and {_TOLERANCES[1]:g} (estimated error {allowed:.2g} N)"
-            message = f"the greatest force at contact {loose.contact} changes by {change:.2g} N {between}"
-            assert change <= allowed, f"clause 4: {message}: the state must not depend on the size of steps"
+            first, second = loose.peak_force, tight.peak_force
+            error = max(_TOLERANCES[0], loose.error_estimate + tight.error_estimate) * second
+            change, rising = abs(first - second), tight.time > _RISING * results[-1].end
+            forces = f"{first:.9g} N at rtol {_TOLERANCES[0]:g} and {second:.9g} N at {_TOLERANCES[1]:g}"
+            seen = (
+                f"in the scene {name} (granules, end, load) the greatest force at contact {loose.contact} is {forces}"
+            )
+            allowed = f"it changes by {change:.6g} N, more than {_SLACK:g} times the estimated error of {error:.6g} N"
+            remedy = "a possible cause is a state that depends on the size of steps"
+            assert rising or change <= _SLACK * error, f"clause 4: {seen}: {allowed}; {remedy}"
 
     def test_its_results_are_documents(self, law: ContactLaw) -> None:
         excitation, chain, duration = scene_of(self.chain, law, self.velocity, "5-movable-shock")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import attrs
@@ -81,15 +82,20 @@ class Sample:
     pairs: Pairs
 
     @classmethod
-    def of(cls, chain: Chain, top: float, overlaps: Sequence[float], velocities: Sequence[float]) -> Sample:
-        """All combinations of the contacts of a chain with histories, and with overlaps and velocities as fractions."""
+    def of(
+        cls, chain: Chain, top: float, overlaps: Any, velocities: Any, path: Sequence[tuple[float, float]] = _PATH
+    ) -> Sample:
+        """All combinations of the contacts of a chain with histories, and with overlaps and velocities as fractions.
+
+        The histories are that of no contact, and those after each part of ``path``.
+        """
         layout = Layout.of(chain, Impact(velocity=top))
         assert layout.law is not None
         pairs = layout.pairs
         reach = hertz_overlap(pairs.masses, pairs.stiffnesses, top)
         few = cls(layout.law, reach, reach, np.zeros((layout.law.states, len(reach))), pairs)
         states = [few.state]
-        for overlap, velocity in _PATH:
+        for overlap, velocity in path:
             few = attrs.evolve(few, overlap=overlap * reach, velocity=np.full(reach.shape, velocity * top))
             few = attrs.evolve(few, state=few.updates())
             states.append(few.state)
@@ -122,16 +128,33 @@ class Sample:
         """Whether all arguments are the same."""
         return all(map(np.array_equal, _arrays(self), _arrays(other)))
 
-    def check(self, holds: npt.NDArray[np.bool_], values: FloatArray, problem: str) -> None:
+    def work(self, turns: Sequence[float], points: int) -> tuple[Sample, FloatArray, FloatArray]:
+        """The contacts after a path from one turn to the next, the work received, and that of approach alone [J].
+
+        ``turns`` are over the overlaps of the sample; the magnitudes of its velocities are kept.
+        """
+        contacts, received, loading = self, np.zeros(self.overlap.shape), np.zeros(self.overlap.shape)
+        for begin, end in pairwise(turns):
+            velocity = np.sign(end - begin) * self.velocity
+            step = (end - begin) / points
+            # the middles of the steps are the same in both directions: elastic contacts return exactly what they got
+            for share in begin + step * np.arange(points):
+                middle = attrs.evolve(contacts, overlap=(share + step / 2) * self.overlap, velocity=velocity)
+                work = step * self.overlap * middle.forces()
+                received, loading = received + work, loading + np.maximum(work, 0.0)
+                reached = attrs.evolve(middle, overlap=(share + step) * self.overlap)
+                contacts = attrs.evolve(reached, state=reached.updates())
+        return attrs.evolve(self, state=contacts.state), received, loading
+
+    def check(self, holds: npt.NDArray[np.bool_], values: FloatArray, problem: str, unit: str = "N") -> None:
         """Fail if something does not hold at a contact; ``problem`` has placeholders for value and contact."""
         if holds.all():
             return
         worst = int(np.argmax(np.where(holds, -np.inf, np.abs(values))))
         state = f" and the state {self.state[:, worst].tolist()}" if len(self.state) else ""
-        place = (
-            f"at an overlap of {self.overlap[worst]:.6g} m, a closing velocity of {self.velocity[worst]:.6g} m/s{state}"
-        )
-        raise AssertionError(problem.format(f"{values[worst]:.4g} N", place))
+        velocity = f"a closing velocity of {self.velocity[worst]:.6g} m/s"
+        place = f"at an overlap of {self.overlap[worst]:.6g} m, {velocity}{state}"
+        raise AssertionError(problem.format(f"{values[worst]:.4g} {unit}", place))
 
 
 def _arrays(sample: Sample) -> tuple[FloatArray, ...]:

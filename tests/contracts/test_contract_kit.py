@@ -69,7 +69,7 @@ class TestQuadratures(QuadratureContract):
         (IntegratorContract, "", Integrator, 9),
         (IntegratorContract, "one_step_", OneStep, 3),
         (QuadratureContract, "", Quadrature, 5),
-        (ContactLawContract, "", ContactLaw, 5),
+        (ContactLawContract, "", ContactLaw, 6),
     ],
     ids=["profile", "integrator", "one-step", "quadrature", "contact-law"],
 )
