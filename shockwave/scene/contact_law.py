@@ -84,10 +84,10 @@ class ContactLaw(Explained, ABC):
        and velocities at its end, as a new array. By default it returns ``state``. An update that changes the force
        at this overlap and velocity adds or removes energy.
     6. A contact creates no energy: from its closing to its opening, it never returns more work than it has received.
-       Unloading must not lie above loading, and terms with the velocity must only dissipate energy.
+       The unloading curve must not lie above the loading curve, and velocity-dependent terms must only dissipate.
 
-    A law includes its own velocity-dependent forces. It cannot be combined with ``damping``, ``precompression`` or
-    ``gravity``. `shockwave.testing.ContactLawContract` tests a law against these rules.
+    A law includes its own velocity-dependent forces. It cannot be combined with ``damping`` of the same contact,
+    ``precompression``, ``gravity`` or a prescribed motion. `shockwave.testing.ContactLawContract` tests these rules.
     """
 
     #: Number of values that describe the history of a contact.

@@ -99,7 +99,7 @@ class History:
         return History(self.case, self.tolerance, signals, begins, spacing, d, integrals)
 
     def fit(self, rows: Places, places: Places, levels: FloatArray, scales: FloatArray) -> Instants:
-        """Extremes next to the samples at ``places`` or, where a level is not NaN, the crossings of the level after them.
+        """Extremes next to the samples at ``places`` or, where a level is not NaN, its crossings after them.
 
         Errors of values are relative to ``scales``.
         """

@@ -50,7 +50,7 @@ _UPDATED = 1e-9
 # Relative tolerances of the simulations, and the end of the simulated time in durations of a collision.
 _TOLERANCES = (1e-6, 1e-8)
 _UNTIL = 3.0
-# Change of a greatest force over the sum of its estimated errors, which are no strict bounds; and time over the end of
+# Change of a greatest force over the sum of its estimated errors, which are not strict bounds; and time over the end of
 # the simulated time beyond which a force is still rising.
 _SLACK = 3.0
 _RISING = 0.999
@@ -175,8 +175,10 @@ class ContactLawContract(Contract):
         for turns in _CYCLES:
             after, received, loading = contacts.work(turns, _POINTS)
             gained = -100 * received / np.maximum(loading, 1e-300)
-            message = "a contact that closes up to this overlap and opens again returns {} more energy than it got"
-            remedy = "unload below the curve of loading, and terms with the velocity must only dissipate energy"
+            message = "a contact that closes up to this overlap and opens again returns {} more energy than it received"
+            remedy = (
+                "keep the unloading curve below the loading curve; velocity-dependent terms must only dissipate energy"
+            )
             contacts.check(gained <= 100 * _ENERGY, gained, f"{message}, {{}}: {remedy}", unit="%")
             contacts = after
 
@@ -229,7 +231,7 @@ class ContactLawContract(Contract):
                 f"in the scene {name} (granules, end, load) the greatest force at contact {loose.contact} is {forces}"
             )
             allowed = f"it changes by {change:.6g} N, more than {_SLACK:g} times the estimated error of {error:.6g} N"
-            remedy = "a possible cause is a state that depends on the size of steps"
+            remedy = "a possible cause is a state that depends on the step size"
             assert rising or change <= _SLACK * error, f"clause 4: {seen}: {allowed}; {remedy}"
 
     def test_its_results_are_documents(self, law: ContactLaw) -> None:

@@ -290,7 +290,7 @@ WRONG = {
     ),
     "set-twice": (
         ["predict", SCENE, "--rtol=1e-4", "--set", "simulate.rtol=1e-5"],
-        "--set: must give simulate.rtol once",
+        "--set: must give simulate.rtol only once",
     ),
     "option": (["predict", "--jsn", SCENE], "unknown option (got '--jsn'; did you mean '--json'? known: "),
     "abbreviation": (["predict", "--verb", SCENE], "unknown option (got '--verb'; did you mean '--verbose'? "),

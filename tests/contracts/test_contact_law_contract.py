@@ -150,12 +150,12 @@ LAWS: dict[str, tuple[ContactLaw, str, str]] = {
     "propelling": (
         force(lambda f, d, w, *_: f * (1 - 0.2 * np.tanh(w))),
         "clause_6",
-        "opens again returns 8.75 % more energy than it got, at an overlap of",
+        "opens again returns 8.75 % more energy than it received, at an overlap of",
     ),
     "unloading-above": (
         force(lambda f, d, w, s, pairs: np.maximum(f, pairs.stiffnesses * d.clip(0) ** 1.5 * above(d, s[0]))),
         "clause_6",
-        "% more energy than it got, at an overlap of",
+        "% more energy than it received, at an overlap of",
     ),
 }
 FIRST, *_ = SCENES
