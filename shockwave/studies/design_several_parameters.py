@@ -31,6 +31,8 @@ _POPULATION = 10
 _GENERATIONS = 40
 # Spread of the population at which a round ends.
 _SPREAD = 1e-7
+# Distance from an end of an interval, over its length, within which the end itself is tried.
+_NEAR = 1e-4
 # Weights of the violation of a requirement beside the quantity over its median: a small one, with which the population
 # moves along an equality, then one with which no violation pays.
 _WEIGHTS = (10.0, 1e6)
@@ -117,9 +119,12 @@ class _Group:
                 return np.array([weight * violation + quantity / scale for violation, quantity in ranks])
 
             best = population[np.argsort(heights(population.T))][: _POPULATION * size]
-            population = differential_evolution(
+            solution = differential_evolution(
                 heights, **settings, init=best, updating="deferred", vectorized=True, seed=rng
-            ).population
+            )
+            population = solution.population
+        ends = np.round(solution.x)
+        self.simulate([np.where(np.abs(solution.x - ends) < _NEAR, ends, solution.x).tolist()])
 
     def simulate(self, places: Iterable[Sequence[float]]) -> list[Option | ShockwaveError]:
         """Results at shares of the intervals."""

@@ -180,7 +180,7 @@ def test_a_guided_granule_gives_first_pulses() -> None:
     assert wall.peak == pytest.approx(float(values.max()), rel=1e-4)
     first = int(np.argmax(values > 0.02 * values.max()))
     passed = values[first : first + int(np.argmin(values[first:] > 0)) + 1]
-    assert wall.impulse == pytest.approx(float(np.trapezoid(passed, dx=1e-7)), rel=1e-3)
+    assert wall.impulse == pytest.approx(0.5e-7 * float(np.sum(passed[1:] + passed[:-1])), rel=1e-3)
     assert 0 < near.impulse < wall.impulse
 
 
