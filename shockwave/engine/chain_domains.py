@@ -254,11 +254,11 @@ class _Parts:
 
     def raise_scales(self, contact: int) -> None:
         """Raise the scales of the errors to what is reached at the end of a range, and expected beyond it."""
-        job, behind = self.job, slice(contact, contact + 2 * _MARGIN)
+        job, beyond = self.job, slice(contact, contact + 2 * _MARGIN)
         stretch = job.x[contact] - job.x[contact + 1] + self.chain.gap[contact]
-        shares = job.chain[7:9, behind].copy()
+        shares = job.chain[7:9, beyond].copy()
         shares[:, 0] = abs(job.v[contact] - job.v[contact + 1]), abs(stretch)
-        np.maximum(job.scales[:, behind], np.multiply.accumulate(shares, axis=1), out=job.scales[:, behind])
+        np.maximum(job.scales[:, beyond], np.multiply.accumulate(shares, axis=1), out=job.scales[:, beyond])
 
     def columns(self, low: int, high: int) -> slice:
         """Columns of the samples of bodies low to high."""

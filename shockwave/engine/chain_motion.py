@@ -121,8 +121,7 @@ def method_for(assembly: Assembly, integrator: type[Integrator] | None) -> tuple
 
     An integrator without coefficients gets those of rkn86, whose weights give integrals over its steps. Where forces
     depend on velocities only during plastic flow, the coefficients are extended by those for velocities at the stages.
-    The pair rkn1210 is not
-    faster, even for the tightest tolerances: contacts that open limit its steps.
+    The pair rkn1210 is not faster, even for the tightest tolerances: contacts that open limit its steps.
 
     Raises
     ------

@@ -23,7 +23,7 @@ _STATISTICS_LEGEND = (
 _ABOVE = "; contributions above 100 % are due to sampling, and more draws reduce them)"
 # Note on the verdict.
 _RANGE = " (median, and range of 98 % of the scenes)"
-# Share of the variance that is explained, as it is printed as above 100 %.
+# Share of the variance above which more than 100 % is printed, and the legend explains it.
 _SHOWN_ABOVE = 1.005
 # Smallest printed error of a share of the variance.
 _LEAST_SHARE = 1e-5

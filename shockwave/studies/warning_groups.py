@@ -43,7 +43,7 @@ class WarningGroups:
     groups: dict[str, _Group] = field(factory=dict)
 
     def add(self, warnings: Iterable[str], number: int | None = None) -> None:
-        """Add the warnings of the next scene; its ``number`` is by default that of scenes before it."""
+        """Add the warnings of the next scene; ``number`` is by default the number of scenes added before."""
         number = self.count if number is None else number
         for kind, warning in {kind_of_warning(warning): warning for warning in warnings}.items():
             values = _values_of(warning)
